@@ -21,7 +21,7 @@ import yaml
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import Expression, NoValueError
-from exudyn_flexlink.laws import Impulse, SpringTable
+from exudyn_flexlink.laws import SpringTable
 from exudyn_flexlink.mechanism import (
     TOUCHING,
     Assembly,
@@ -74,9 +74,6 @@ def rubbing_badly(assembly: Assembly) -> list[Mistake]:
     shared = shared_forces(assembly) if mechanism.frictions else set()
     for friction in mechanism.frictions:
         path = ("joints", friction.name, "friction")
-        if any(isinstance(contact.law, Impulse) for contact in mechanism.contacts):
-            message = "friction in joints does not go with contacts by impulse"
-            notes.append(Mistake(path, message, "give the contacts a law with stiffness"))
         if friction.share > 0 and friction.name in shared:
             message = "the force in this joint is not known: other joints hold the same"
             hint = "take one of them away; or give a torque, along a slide a force"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
 
-from exudyn_flexlink.integrate.contact_share import complementary
+from exudyn_flexlink.integrate.complementarity import complementary
 from exudyn_flexlink.laws import RestitutionPenalty
 
 MASS, STIFFNESS = 0.01, 2e4

@@ -466,6 +466,12 @@ class BlockRecorder(ABC):
         reached.impulses[k] += impulse
         reached.losses[k] += lost
 
+    def leap_of_joints(self, lost: FloatArray, supplied: float) -> None:
+        """Take what friction of joints (joints,) loses in an impact, and what drives do (J)."""
+        reached = self._reached = self._reached.of(self._reached.all.copy())
+        reached.supplied[...] += supplied
+        reached.rubbed[:] += lost
+
     def totals_of(self, k: int) -> tuple[float, float]:
         """Impulse (N s) and energy (J) that a contact has taken so far.
 

@@ -3,18 +3,11 @@
 A contact's force changes from loading to unloading within a small part of a step: its slopes at one
 instant mislead the iteration. So the gaps at all stages, few numbers, are solved for at every round
 with the forces themselves; the matrices carry only what they mean for the other coordinates.
-
-The linear complementarity problem of a few contacts is solved by trying which of them act:
-``w = W p + c >= 0``, ``p >= 0``, ``p w = 0`` for a symmetric W (c, c) without negative eigenvalues.
-So contacts that close at one instant act on each other, be p impulses or forces (F. Pfeiffer and
-Ch. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, ch. 5 and 8). The work
-doubles with every contact, of which few close at once.
 """
 
 from __future__ import annotations
 
 from functools import cache
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -22,40 +15,6 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.integrate.collocation import Collocation, collocation
 from exudyn_flexlink.integrate.problem import Press, Pressing
-
-PUSH_ROUNDING = 1e-10  # of the largest of c, or of p: values this little below zero are zero
-RANK = 1e-10  # of the largest eigenvalue of W: contacts that depend on others share the load
-
-
-def complementary(mobility: FloatArray, free: FloatArray) -> FloatArray:
-    """Return p (c,) of W and c; where several solve it, the one in which most contacts act.
-
-    Raises:
-        ArithmeticError: there is none: the contacts hold what can't be held.
-
-    """
-    count = len(free)
-    enough = PUSH_ROUNDING * float(np.abs(free).max(initial=0.0))
-    for acting in range(count, -1, -1):
-        for chosen in combinations(range(count), acting):
-            push = np.zeros(count)
-            closed = list(chosen)
-            if closed:
-                push[closed] = -least_inverse(mobility[np.ix_(closed, closed)]) @ free[closed]
-            left = mobility @ push + free
-            if push.min(initial=0.0) < -PUSH_ROUNDING * float(np.abs(push).max(initial=0.0)):
-                continue
-            if left.min(initial=0.0) >= -enough and np.abs(left[closed]).max(initial=0.0) <= enough:
-                return np.maximum(push, 0.0)
-    if count == 1:
-        raise ArithmeticError("the contact that closes can't hold what drives it")
-    raise ArithmeticError("contacts that close at one instant can't hold what drives them")
-
-
-def least_inverse(mobility: FloatArray) -> FloatArray:
-    """Inverse of mobilities (..., c, c); where contacts depend on others, for the least forces."""
-    return np.asarray(np.linalg.pinv(mobility, rcond=RANK, hermitian=True))
-
 
 ROUNDS = 40
 CLOSE = 1e-3  # of the change: what may be left of the gaps' equations

@@ -52,7 +52,7 @@ from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import TreeContacts
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeCoordinates, TreeState
 from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.integrate.contact_share import RANK, least_inverse
+from exudyn_flexlink.integrate.complementarity import RANK, least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.laws import Friction, Impulse
 from exudyn_flexlink.mechanism import JointFriction, Pin
@@ -152,6 +152,11 @@ class Gaps(NamedTuple):
     slides: FloatArray
     slip: FloatArray
 
+    @property
+    def speeds(self) -> FloatArray:
+        """Rates of the gaps, then of the sliding distances (2c,), m/s, at one instant."""
+        return np.concatenate([self.touching[:, 1], self.slip])
+
     def pick(self, which: int) -> Gaps:
         """Return the gaps at one of several instants."""
         return Gaps._make(column[which] for column in self)
@@ -169,10 +174,35 @@ class Projector(NamedTuple):
     free: FloatArray  # (independent, independent)
     closed: FloatArray
 
+    @classmethod
+    def past(cls, mass: FloatArray, rows: FloatArray, pushed: FloatArray) -> Projector:
+        """Projector past ``rows z'' = 0``, which forces `pushed` hold (both k, independent)."""
+        arms = np.linalg.solve(mass, rows.T)
+        back = pushed.T @ scaled_inverse((pushed @ arms).T, even=pushed is rows)
+        return cls(np.eye(len(mass)) - back @ arms.T, back @ rows)
+
     def slopes(self, stiffness: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix with the reactions in them."""
         of_gaps, of_rates = BAUMGARTE * BAUMGARTE * self.closed, 2 * BAUMGARTE * self.closed
         return self.free @ stiffness + of_gaps, self.free @ damping + of_rates
+
+
+class Holding(NamedTuple):
+    """Closed gaps at instants (n,), and how contacts (c,) hold them against forces.
+
+    By 1 N contacts push all coordinates by `pushed` (n, c, links), independent ones by
+    `pushed_free`. The reactions to forces (n, independent) are ``-inverse moved f``.
+    """
+
+    gaps: Gaps
+    pushed: FloatArray
+    pushed_free: FloatArray
+    inverse: FloatArray
+    moved: FloatArray
+
+    def reactions(self, forces: FloatArray) -> FloatArray:
+        """Reactions (n, k, c), N, to some forces (n, k, independent)."""
+        return np.asarray(-forces @ np.swapaxes(self.inverse @ self.moved, -1, -2))
 
 
 class RigidContact(NamedTuple):
@@ -228,16 +258,22 @@ class RigidContacts:
         rows = gaps.rows + self.rubbed(which, gaps.slip)[..., None] * gaps.slides
         return rows, rows @ state.transform.matrix
 
-    def with_reactions(self, at: Evaluation) -> Evaluation:
+    def holding(self, at: Evaluation) -> Holding:
+        """Return what the contacts that last do, at instants (n,)."""
+        which, state = self.closed(), at.kept.state
+        gaps = self.gaps(which, state)
+        arms = mobility(gaps, at.mass)[0]
+        pushed, pushed_free = self.pushing(which, gaps, state)
+        inverse = self._inverse(which, gaps, arms, pushed_free)
+        return Holding(gaps, pushed, pushed_free, inverse, np.swapaxes(arms, -1, -2))
+
+    def with_reactions(self, at: Evaluation, holding: Holding | None = None) -> Evaluation:
         """Return evaluations at instants (n,) with the reactions of the contacts that last."""
         which, kept = self.closed(), at.kept
-        gaps = self.gaps(which, kept.state)
-        arms = mobility(gaps, at.mass)[0]
-        pushed, pushed_free = self.pushing(which, gaps, kept.state)
+        gaps, pushed, pushed_free, inverse, moved = holding or self.holding(at)
         gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
         wanted = -gaps.bend - 2 * BAUMGARTE * rate - BAUMGARTE * BAUMGARTE * gap
-        wanted -= (np.swapaxes(arms, -1, -2) @ at.force[..., None])[..., 0]
-        inverse = self._inverse(which, gaps, arms, pushed_free)
+        wanted -= (moved @ at.force[..., None])[..., 0]
         press = (inverse @ wanted[..., None])[..., 0]
         power = -press * rate - press * self.rubbed(which, gaps.slip) * gaps.slip
         kept.pushes[:, which] = np.stack([press, power], axis=-1)
@@ -266,7 +302,7 @@ class RigidContacts:
         self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
     ) -> FloatArray:
         moved, smooth = self.opened(which, gaps, arms, pushed), pushed is gaps.free
-        return np.asarray(np.linalg.pinv(moved, rcond=RANK, hermitian=smooth))
+        return least_inverse(moved, even=smooth)
 
     def slopes(self, at: Evaluation) -> FloatArray | float:
         """Damping (independent, independent) by friction of contacts that last, at one state."""
@@ -286,17 +322,11 @@ class RigidContacts:
         steep *= at.kept.pushes[which, 0] / (coefficient * slip_speed)
         return np.asarray((slid.T * steep) @ slid)
 
-    def projector(self, at: Evaluation) -> Projector | None:
-        """Projector of forces past the contacts that last, at one state; None if none lasts."""
-        which = self.closed()
-        if not which:
-            return None
-        state: TreeState = at.kept.state
+    def held(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Gradients (c, independent) of the gaps that stay closed, and what presses there."""
+        which, state = self.closed(), at.kept.state
         gaps = self.gaps(which, state.pick(None)).pick(0)
-        arms = mobility(gaps, at.mass)[0]
-        pushed = self.pushing(which, gaps, state)[1]
-        back = pushed.T @ self._inverse(which, gaps, arms, pushed)
-        return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ gaps.free)
+        return gaps.free, self.pushing(which, gaps, state)[1]
 
 
 SOLVED = 1e-15  # of a sum of squares: a search that gains less is over
@@ -324,12 +354,16 @@ def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> 
     return np.asarray(np.where(at_bounds, solved.active_mask * bound, solved.x * scale))
 
 
-def scaled_inverse(mobility: FloatArray) -> FloatArray:
-    """Inverse of mobilities (..., c, c), the least one if joints depend; 0 for what can't move."""
+def scaled_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
+    """Inverse of mobilities (..., c, c), the least one if joints depend; 0 for what can't move.
+
+    `even` tells that they are symmetric.
+    """
     diagonals = np.diagonal(mobility, axis1=-2, axis2=-1)
-    scale = np.divide(1.0, np.sqrt(diagonals), where=diagonals > 0, out=np.zeros(diagonals.shape))
+    moves = diagonals > 0
+    scale = np.divide(1.0, np.sqrt(np.abs(diagonals)), where=moves, out=np.zeros(diagonals.shape))
     both = scale[..., :, None] * scale[..., None, :]
-    return np.asarray(least_inverse(mobility * both) * both)
+    return np.asarray(least_inverse(mobility * both, even=even) * both)
 
 
 def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
@@ -421,15 +455,19 @@ class JointFrictions:
     """Friction in a layout's joints: `way` (joints,) is 0 of a joint at rest, else 1 or -1."""
 
     def __init__(
-        self, layout: TreeLayout, frictions: tuple[JointFriction, ...], coordinates: TreeCoordinates
+        self,
+        layout: TreeLayout,
+        frictions: tuple[JointFriction, ...],
+        coordinates: TreeCoordinates,
+        rigid: RigidContacts,
     ) -> None:
-        self.all, self._coordinates = frictions, coordinates
+        self.all, self._coordinates, self._rigid = frictions, coordinates, rigid
         count, links = len(frictions), len(layout.links)
         self.rows = np.array([_row(layout, friction) for friction in frictions]).reshape(
             count, links
         )
         self._constant = np.array([friction.constant for friction in frictions])
-        self._share = np.array([friction.share for friction in frictions])
+        self.shares = np.array([friction.share for friction in frictions])
         self._slides = np.array(
             [not isinstance(friction.joint, Pin) for friction in frictions], dtype=bool
         )
@@ -451,7 +489,7 @@ class JointFrictions:
     @property
     def has_sides(self) -> IndexArray:
         """Numbers of slides that rub by their force."""
-        return np.flatnonzero(self._slides & (self._share > 0))
+        return np.flatnonzero(self._slides & (self.shares > 0))
 
     # --- what is known ------------------------------------------------------------------------
 
@@ -466,21 +504,34 @@ class JointFrictions:
         return np.asarray(np.where(np.abs(free) > DRIVEN * largest, free, 0.0))
 
     def _look(self, at: Evaluation) -> _Known:
-        """Look at states (n,) without friction."""
+        """Look at states (n,) without friction, but with contacts that hold closed gaps.
+
+        These answer each T. What they hold no friction holds, which would share it with them in an
+        unknown way.
+        """
         kept, state = at.kept, at.kept.state
         count, joints = len(at.force), len(self.all)
         free = np.broadcast_to(self._free(state), (count, joints, at.force.shape[1]))
-        forces = np.concatenate([at.force[:, None], free], axis=1)
+        push, rows = free, np.broadcast_to(self.rows, (count, *self.rows.shape))
+        if self._rigid.closed():
+            holding = self._rigid.holding(at)
+            answers = holding.reactions(free)
+            at = self._rigid.with_reactions(at, holding)
+            kept = at.kept
+            push, rows = free + answers @ holding.pushed_free, rows + answers @ holding.pushed
+            moves = np.abs(push).max(axis=2) > COUPLED * np.abs(free).max(axis=2)
+            free, push, rows = (moves[..., None] * column for column in (free, push, rows))
+        forces = np.concatenate([at.force[:, None], push], axis=1)
         moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
         mobility = moved[:, 1:] @ np.swapaxes(free, 1, 2)
         away = state.b @ self.rows.T + (free @ moved[:, 0, :, None])[..., 0]
         felt = np.zeros((count, 1 + joints, joints, 2))
-        if self._share.any():
+        if self.shares.any():
             bends = moved @ np.swapaxes(state.transform.matrix, -1, -2)
             bends[:, 0] += state.b
             excess = bends @ kept.mass
             excess[:, 0] -= kept.force
-            excess[:, 1:] -= self.rows
+            excess[:, 1:] -= rows
             felt = self._force(state, excess)
         places = state.v @ self.rows.T, state.x @ self.rows.T
         by = np.swapaxes(felt[:, 1:], 1, 2)
@@ -512,12 +563,13 @@ class JointFrictions:
         held, moving, known, kept = self.held, np.flatnonzero(self.way), self._look(at), at.kept
         torque = np.zeros(known.rate.shape)
         torque[:, moving] = -(self.way * self._constant)[moving]
-        inverse = scaled_inverse(known.mobility[:, held[:, None], held])
+        even = not self._rigid.closed()
+        inverse = scaled_inverse(known.mobility[:, held[:, None], held], even=even)
         off = np.nan_to_num(known.place - self._place)
         wanted = (-known.away - 2 * BAUMGARTE * known.rate - BAUMGARTE**2 * off)[:, held]
         by_moving = -inverse @ known.mobility[:, held[:, None], moving]
         alone = (inverse @ wanted[..., None])[..., 0]
-        if self._share[moving].any():
+        if self.shares[moving].any():
             of_moving, of_held = known.by[:, moving][:, :, moving], known.by[:, moving][:, :, held]
             felt = known.felt[:, moving] + np.einsum("njhi,nh->nji", of_held, alone)
             by = of_moving + np.einsum("njhi,nhm->njmi", of_held, by_moving)
@@ -525,7 +577,7 @@ class JointFrictions:
         torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
         bound = self._bound(known, torque)
         for block in dependent(known.mobility[0], held):
-            for _ in range(FEW_ROUNDS if self._share.any() else 1):
+            for _ in range(FEW_ROUNDS if self.shares.any() else 1):
                 columns = torque[:, block], bound[:, block], known.free[:, block]
                 torque[:, block] = least_part(*columns)
                 bound = self._bound(known, torque)
@@ -538,14 +590,14 @@ class JointFrictions:
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
         felt = np.linalg.norm(_felt(known, torque), axis=-1)
-        return np.asarray(self._constant + self._share * felt)
+        return np.asarray(self._constant + self.shares * felt)
 
     def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
         """T (n, moving) of joints that slide, by Newton's method, since bounds depend on T.
 
         R are `known` (n, moving, 2) without T, and `by` (n, moving, moving, 2) by a unit of each.
         """
-        share, way, side = self._share[which], self.way[which], self.side[which]
+        share, way, side = self.shares[which], self.way[which], self.side[which]
         self._require_unique(share, by, which)
         of_slide = np.stack([side, np.zeros(len(side))], axis=-1)
         braked = np.tile(-way * self._constant[which], (len(known), 1))
@@ -569,15 +621,26 @@ class JointFrictions:
         worst = np.diagonal(grown, axis1=-2, axis2=-1).max(axis=0).argmax()
         raise LockedError(self.all[which[worst]].name)
 
-    def projector(self, at: Evaluation) -> Projector | None:
-        """Projector of forces past the joints that rest, at one state; None if none rests."""
-        held = self.held
-        if not len(held):
-            return None
-        g = self._free(at.kept.state)[held]
-        arms = np.linalg.solve(at.mass, g.T)
-        back = g.T @ scaled_inverse(g @ arms)
-        return Projector(np.eye(len(at.mass)) - back @ arms.T, back @ g)
+    def held_rows(self, at: Evaluation) -> FloatArray:
+        """Return g (k, independent) of the joints that rest, at one state."""
+        return self._free(at.kept.state)[self.held] if self.all else np.zeros((0, len(at.mass)))
+
+    # --- impacts ------------------------------------------------------------------------------
+
+    def struck(self, at: Evaluation) -> IndexArray:
+        """Numbers of the joints whose friction has an impulse: it is in proportion to theirs."""
+        driven = self.driven(at.kept.state) if self.all else np.zeros(0, dtype=bool)
+        return np.flatnonzero((self.shares > 0) & ~driven)
+
+    def impulses_by(self, at: Evaluation, free: FloatArray, rows: FloatArray) -> FloatArray:
+        """Impulses (k, joints, 2), N s, in joints by units of some impulses, at one state.
+
+        These act by `free` (k, independent) on the independent coordinates, and by `rows` on all.
+        """
+        state: TreeState = at.kept.state
+        jumps = np.linalg.solve(at.mass, free.T).T @ state.transform.matrix.T
+        felt = self._force(state.pick(None), (jumps @ at.kept.mass - rows)[None])
+        return np.asarray(felt[0])
 
     # --- which rest ---------------------------------------------------------------------------
 
@@ -589,7 +652,7 @@ class JointFrictions:
 
         """
         before, known, joints = self.way, self._look(at), np.arange(len(self.all))
-        self._require_unique(self._share, known.by, joints)
+        self._require_unique(self.shares, known.by, joints)
         rate = known.rate[0]
         still = np.abs(rate) <= np.where(before == 0, HELD_STILL, STILL)
         still |= joints == self.stopped
@@ -599,7 +662,8 @@ class JointFrictions:
         given = self.rows @ by_drives
         pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
-        resting, torque = np.flatnonzero((way == 0) & ~driven), np.zeros((1, len(joints)))
+        free = known.free[0].any(axis=-1)  # neither driven nor held by contacts
+        resting, torque = np.flatnonzero((way == 0) & free), np.zeros((1, len(joints)))
         for _ in range(MOST_ROUNDS):
             bound = self._bound(known, torque)
             limits = -way * bound

@@ -28,17 +28,22 @@ from exudyn_flexlink.engines.exudyn.minimal.contacts import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.friction import (
+    MOST_ROUNDS,
+    SEARCH_ROUNDING,
     Gaps,
+    JointFrictions,
+    LockedError,
     Meeting,
     RigidContact,
     impulses,
     mobility,
     turned_back,
+    within_bounds,
 )
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.touching import Change, Moment
-from exudyn_flexlink.integrate.contact_share import complementary
+from exudyn_flexlink.integrate.complementarity import complementary, rubbing_impact
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
@@ -52,7 +57,7 @@ INVISIBLE_SPEED = 1e-4
 NO_ACCELERATION = 1e-9
 # Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
 NOTHING_PASSED_ON = 1e-6
-SEVERAL = "friction in impacts is known of one contact alone"
+AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 
 
@@ -67,7 +72,8 @@ class Jump(NamedTuple):
     """Jump of the independent speeds, and of each contact (c,) what it does.
 
     Impulse (N s), rate of the gap before and after (m/s), energy lost, work of the drives that keep
-    their speeds (J), and the impulse of friction (N s).
+    their speeds (J), and the impulse of friction (N s). Of each joint (joints,) what its friction
+    loses (J); `motor_work` has those drives' work by that, too, at its end.
     """
 
     speeds: FloatArray
@@ -77,72 +83,170 @@ class Jump(NamedTuple):
     lost: FloatArray
     motor_work: FloatArray
     rub: FloatArray
+    joints_lost: FloatArray
+
+
+class Blow(NamedTuple):
+    """Impulses of contacts (c,) across and along them, and of joints' friction; rates after."""
+
+    push: FloatArray
+    rub: FloatArray
+    joints: FloatArray
+    after: FloatArray
+    slip: FloatArray
 
 
 def jump_of(
-    at: Evaluation, gaps: Gaps, restitution: FloatArray, laws: Sequence[RigidContact]
+    at: Evaluation,
+    gaps: Gaps,
+    restitution: FloatArray,
+    laws: Sequence[RigidContact],
+    joints: JointFrictions,
 ) -> Jump:
     """Jump at one state, by contacts (c,) that are closed.
 
     Raises:
-        ArithmeticError: drives press contacts together that nothing lets give way, or more than one
-            takes part where one rubs.
+        ArithmeticError: drives press contacts together that nothing lets give way, or friction has
+            no answer, or more than one.
 
     """
-    before = gaps.touching[:, 1]
-    arms, moved = mobility(gaps, at.mass)
-    push = complementary(moved, (1 + restitution) * before)
-    after = before + moved @ push
-    # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
-    after = np.where(push > 0, -restitution * before, after)
     state: TreeState = at.kept.state
-    across = np.linalg.solve(at.mass, (gaps.slides @ state.transform.matrix).T)
-    rub, slips = np.zeros(len(push)), np.zeros(len(push))
-    masses = inverse_masses(at, gaps)
-    for c in rubbing(masses, laws):
-        meeting, law = _meeting(masses, gaps, c, laws[c].name), laws[c]
+    matrix, count = state.transform.matrix, len(laws)
+    struck = joints.struck(at)
+    rows = np.concatenate([gaps.rows, gaps.slides, joints.rows[struck]])
+    free = rows @ matrix
+    free[:count] = gaps.free
+    mobility = free @ np.linalg.solve(at.mass, free.T)
+    if len(struck):
+        felt = joints.impulses_by(at, free, rows)[:, struck]
+        speeds = joints.rows[struck] @ state.v
+        bounds = JointBounds(joints.shares[struck], felt, speeds, joints.all[struck[0]].name)
+        blow = _with_joints(mobility, gaps, restitution, laws, bounds)
+    else:
+        blow, speeds = _blow(mobility, gaps, restitution, laws), np.zeros(0)
+    impulses = np.concatenate([blow.push, blow.rub, blow.joints])
+    # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
+    before = gaps.touching[:, 1]
+    jumps = np.linalg.solve(at.mass, free.T) * impulses
+    drives = at.kept.mass @ matrix @ jumps - rows.T * impulses
+    work = drives.T @ state.v
+    by_joints = impulses[2 * count :]
+    slid = speeds + speeds + mobility[2 * count :] @ impulses
+    joints_lost = np.zeros(len(joints.all))
+    joints_lost[struck] = -0.5 * by_joints * slid
+    return Jump(
+        jumps.sum(axis=1),
+        blow.push,
+        before,
+        blow.after,
+        -0.5 * (blow.push * (before + blow.after) + blow.rub * (gaps.slip + blow.slip)),
+        np.append(work[:count] + work[count : 2 * count], work[2 * count :].sum()),
+        blow.rub,
+        joints_lost,
+    )
+
+
+def _blow(
+    mobility: FloatArray,
+    gaps: Gaps,
+    restitution: FloatArray,
+    laws: Sequence[RigidContact],
+    moved: FloatArray | None = None,
+) -> Blow:
+    """Impulses by speeds (2c, 2c) that units of them make, across and along all contacts.
+
+    `moved` (2c,) are speeds that friction of joints adds at the same instant.
+    """
+    before, count = gaps.touching[:, 1], len(laws)
+    none = np.zeros(0)
+    masses = mobility.reshape(2, count, 2, count) if moved is None else None
+    if masses is None or coupled(masses, laws):
+        turned = [law.name for law in laws if law.tangential != 0]
+        if turned:
+            raise ArithmeticError(f"contact '{turned[0]}' {AMONG_OTHERS}")
+        rough = np.array(
+            [0.0 if law.friction is None else law.friction.coefficient for law in laws]
+        )
+        try:
+            hit = rubbing_impact(mobility, gaps.speeds, restitution, rough, moved)
+        except ArithmeticError as error:
+            names = ", ".join(f"'{law.name}'" for law in laws)
+            raise ArithmeticError(f"contacts {names} are closed at once: {error}") from None
+        after = np.where(hit.across > 0, -restitution * before, hit.gap_rate)
+        return Blow(hit.across, hit.along, none, after, hit.slip)
+    across = mobility[:count, :count]
+    push = complementary(across, (1 + restitution) * before)
+    after = before + across @ push
+    after = np.where(push > 0, -restitution * before, after)
+    rub, slip = np.zeros(count), gaps.slip + mobility[count:, :count] @ push
+    for c, law in enumerate(laws):
+        if law.friction is None:
+            continue
+        meeting = _meeting(masses, gaps, c, law.name)
         push[c], rub[c] = _rubbed(meeting, law, float(restitution[c]))
         if not meeting.is_round:
-            after[c] = before[c] + moved[c, c] * push[c] + meeting.both * rub[c]
-        slips[c] = 2 * meeting.slip + meeting.along * rub[c] + meeting.both * push[c]
-    # Impulses of drives, by contact.
-    jumps = arms * push + across * rub
-    drives = (
-        at.kept.mass @ state.transform.matrix @ jumps - gaps.rows.T * push - gaps.slides.T * rub
-    )
-    return Jump(
-        arms @ push + across @ rub,
-        push,
-        before,
-        after,
-        -0.5 * (push * (before + after) + rub * slips),
-        drives.T @ state.v,
-        rub,
-    )
+            after[c] = before[c] + across[c, c] * push[c] + meeting.both * rub[c]
+        slip[c] = meeting.slip + meeting.along * rub[c] + meeting.both * push[c]
+    return Blow(push, rub, none, after, slip)
 
 
-def inverse_masses(at: Evaluation, gaps: Gaps) -> FloatArray:
-    """Speeds (2, c, 2, c) across and along contacts by 1 N s across and along each, 1/kg."""
-    rows = np.concatenate([gaps.free, gaps.slides @ at.kept.state.transform.matrix])
-    shape = 2, len(gaps.free), 2, len(gaps.free)
-    return np.asarray(rows @ np.linalg.solve(at.mass, rows.T)).reshape(shape)
+class JointBounds(NamedTuple):
+    """Joints (j,) whose friction has an impulse: shares of the impulse in the joint, speeds before.
+
+    `felt` (2c + j, j, 2) are impulses in them by units of those of contacts, across and along, and
+    of their own friction; `name` is one of them.
+    """
+
+    shares: FloatArray
+    felt: FloatArray
+    speeds: FloatArray
+    name: str
 
 
-def rubbing(moved: FloatArray, laws: Sequence[RigidContact]) -> list[int]:
-    """Numbers of those of some closed contacts that rub, by their `inverse_masses`.
+def _with_joints(
+    mobility: FloatArray,
+    gaps: Gaps,
+    restitution: FloatArray,
+    laws: Sequence[RigidContact],
+    joints: JointBounds,
+) -> Blow:
+    """Impulses of contacts, and of friction in joints, which is bounded by the joints' own.
+
+    A joint that slides after is braked by all of its bound, as by Coulomb's law in contacts.
 
     Raises:
-        ArithmeticError: one of them moves others that are closed, or is moved by them.
+        LockedError: the bound grows with the friction itself.
 
+    """
+    contacts = 2 * len(laws)
+    rub = np.zeros(len(joints.shares))
+    for _ in range(MOST_ROUNDS):
+        blow = _blow(
+            mobility[:contacts, :contacts],
+            gaps,
+            restitution,
+            laws,
+            mobility[:contacts, contacts:] @ rub,
+        )
+        of_contacts = np.concatenate([blow.push, blow.rub])
+        felt = np.einsum("kji,k->ji", joints.felt, np.append(of_contacts, rub))
+        bound = joints.shares * np.linalg.norm(felt, axis=1)
+        free = joints.speeds + mobility[contacts:, :contacts] @ of_contacts
+        before, rub = rub, within_bounds(mobility[contacts:, contacts:], free, bound)
+        if np.abs(rub - before).max() <= SEARCH_ROUNDING * np.abs(rub).max():
+            return blow._replace(joints=rub)
+    raise LockedError(joints.name)
+
+
+def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
+    """Tell whether one of some closed contacts that rubs moves others, or is moved by them.
+
+    `moved` (2, c, 2, c) are speeds across and along contacts by 1 N s across and along each, 1/kg.
     """
     rough = [c for c, law in enumerate(laws) if law.friction is not None]
     sizes = np.sqrt(np.einsum("icic->ic", moved))
     felt = (np.abs(moved) > NOTHING_PASSED_ON * sizes[..., None, None] * sizes).any((0, 2))
-    for c in rough:
-        if np.count_nonzero(felt[c]) > 1:
-            names = ", ".join(f"'{laws[k].name}'" for k in np.flatnonzero(felt[c]).tolist())
-            raise ArithmeticError(f"contacts {names} are closed at once: {SEVERAL}")
-    return rough
+    return any(np.count_nonzero(felt[c]) > 1 for c in rough)
 
 
 def _meeting(moved: FloatArray, gaps: Gaps, c: int, name: str) -> Meeting:
@@ -212,7 +316,8 @@ class Impacts:
         )
         restitution = np.where(over, 0.0, restitution)
         if gaps.touching[:, 1].min() < 0:
-            jump = jump_of(at, gaps, restitution, [self._contacts[k] for k in which])
+            laws = [self._contacts[k] for k in which]
+            jump = jump_of(at, gaps, restitution, laws, self.model.frictions)
             self._jump(time, jump, which, over)
             hit = np.flatnonzero(jump.impulse > NOTHING_PASSED_ON * jump.impulse.max())
             moved = np.abs(mobility(gaps, at.mass)[1][np.ix_(hit, hit)])
@@ -247,6 +352,7 @@ class Impacts:
         end = self.model.state(time, z, v + jump.speeds)
         coordinates.settle(time, end, np.zeros(len(z)))
         self.finder.look_again(end)
+        self.recorder.leap_of_joints(jump.joints_lost, float(jump.motor_work[-1]))
         for c, k in enumerate(which):
             totals = (jump.impulse[c], jump.lost[c], jump.motor_work[c])
             self.recorder.leap(k, *map(float, totals))
@@ -268,14 +374,14 @@ class Impacts:
         if not resting:
             return
         with self.model.touches.without(resting):
+            self.finder.frictions.settle(time, *self.model.coordinates.independent())
             at, gaps = self._look(time, resting)
             soon = None if struck is None else self._free_soon(time, resting)
         now = at.accelerations
         free = gaps.free @ now + gaps.bend
-        rubbing(inverse_masses(at, gaps), [self._contacts[k] for k in resting])
         pushed = self.model.rigid.pushing(resting, gaps, at.kept.state)[1]
         moved = self.model.rigid.opened(resting, gaps, mobility(gaps, at.mass)[0], pushed)
-        press = complementary(moved, free)
+        press = complementary(moved, free, even=pushed is gaps.free)
         # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
         # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)

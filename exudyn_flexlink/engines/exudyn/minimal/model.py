@@ -103,7 +103,7 @@ class MinimalModel:
         self.contacts = TreeContacts(layout, self.kinematics, mechanism)
         self.touches = Touches(self.contacts.all, self.contacts.count)
         self.rigid = RigidContacts(self.contacts, self.touches)
-        self.frictions = JointFrictions(layout, mechanism.frictions, self.coordinates)
+        self.frictions = JointFrictions(layout, mechanism.frictions, self.coordinates, self.rigid)
         self._build()
 
     # --- building -----------------------------------------------------------------------------
@@ -183,7 +183,7 @@ class MinimalModel:
         """As `evaluate`, at instants (n,) at which all coordinates are known."""
         free = self.without_reactions(t, state)
         if self.frictions.all:
-            return self.frictions.act(free)
+            free = self.frictions.act(free)
         return self.rigid.with_reactions(free) if self.rigid.closed() else free
 
     def without_reactions(self, t: FloatArray, state: TreeState) -> Evaluation:
@@ -237,8 +237,14 @@ class MinimalModel:
         return giving if projector is None else projector.slopes(*giving)
 
     def _projector(self, at: Evaluation) -> Projector | None:
-        """Projector past closed gaps, or joints that rest; the loader refuses both together."""
-        return self.frictions.projector(at) if self.frictions.all else self.rigid.projector(at)
+        """Projector past closed gaps and joints that rest, at one state; None without them."""
+        joints = self.frictions.held_rows(at)
+        if not self.rigid.closed():
+            return Projector.past(at.mass, joints, joints) if len(joints) else None
+        gaps, pushed = self.rigid.held(at)
+        if not len(joints):
+            return Projector.past(at.mass, gaps, pushed)
+        return Projector.past(at.mass, np.vstack([gaps, joints]), np.vstack([pushed, joints]))
 
     def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without rigid contacts."""

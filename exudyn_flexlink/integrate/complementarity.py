@@ -1,0 +1,162 @@
+"""Contacts that close, or rest, at one instant: impulses and speeds of which one of each is zero.
+
+The linear complementarity problem of a few contacts is solved by trying which of them act:
+``w = W p + c >= 0``, ``p >= 0``, ``p w = 0`` for a W (c, c) of no negative eigenvalues. So contacts
+that close at one instant act on each other, be p impulses or forces (F. Pfeiffer and Ch. Glocker,
+*Multibody Dynamics with Unilateral Contacts*, Wiley 1996, ch. 5 and 8). The work doubles with every
+contact, of which few close at once.
+
+Where contacts rub, each has one of four modes: it stays open, sticks, or slides either way. With W
+(2c, 2c) the speeds across and along all contacts by impulses across and along, Newton's restitution
+and Coulomb's friction,
+
+    g = g_a + W_nn N + W_nt T,    s = s_a + W_tn N + W_tt T,
+    0 <= N,  g + e g_a >= 0,  N (g + e g_a) = 0,
+    s > 0: T = -mu N,   s < 0: T = mu N,   s = 0: |T| <= mu N
+
+(J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988; Ch. Glocker and
+F. Pfeiffer, Nonlinear Dyn. 7 (1995) 471). All 4^c modes are tried. With a restitution there may be
+no answer, several, or one that gains energy: then the law tells nothing.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations, product
+from typing import NamedTuple
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray
+
+PUSH_ROUNDING = 1e-10  # of the largest of c, or of p: values this little below zero are zero
+RANK = 1e-10  # of the largest eigenvalue of W: contacts that depend on others share the load
+MOST_RUBBING = 6  # contacts: 4096 modes, half a second
+# Of the largest speed, or impulse: two answers that differ by less are one.
+SAME_ANSWER = 1e-8
+
+
+def complementary(mobility: FloatArray, free: FloatArray, *, even: bool = True) -> FloatArray:
+    """Return p (c,) of W and c; where several solve it, the one in which most contacts act.
+
+    `even` tells that W is symmetric, as without friction.
+
+    Raises:
+        ArithmeticError: there is none: the contacts hold what can't be held.
+
+    """
+    count = len(free)
+    enough = PUSH_ROUNDING * float(np.abs(free).max(initial=0.0))
+    for acting in range(count, -1, -1):
+        for chosen in combinations(range(count), acting):
+            push = np.zeros(count)
+            closed = list(chosen)
+            if closed:
+                within = mobility[np.ix_(closed, closed)]
+                push[closed] = -least_inverse(within, even=even) @ free[closed]
+            left = mobility @ push + free
+            if push.min(initial=0.0) < -PUSH_ROUNDING * float(np.abs(push).max(initial=0.0)):
+                continue
+            if left.min(initial=0.0) >= -enough and np.abs(left[closed]).max(initial=0.0) <= enough:
+                return np.maximum(push, 0.0)
+    if count == 1:
+        raise ArithmeticError("the contact that closes can't hold what drives it")
+    raise ArithmeticError("contacts that close at one instant can't hold what drives them")
+
+
+def least_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
+    """Inverse of mobilities (..., c, c); where contacts depend on others, for the least forces."""
+    return np.asarray(np.linalg.pinv(mobility, rcond=RANK, hermitian=even))
+
+
+class RubbingImpact(NamedTuple):
+    """Impulses (c,) across and along contacts, N s, and speeds (c,) after them, m/s."""
+
+    across: FloatArray
+    along: FloatArray
+    gap_rate: FloatArray
+    slip: FloatArray
+
+
+OPEN, STICKS, SLIDES, SLIDES_BACK = range(4)
+
+
+def rubbing_impact(
+    mobility: FloatArray,
+    before: FloatArray,
+    restitution: FloatArray,
+    friction: FloatArray,
+    moved: FloatArray | None = None,
+) -> RubbingImpact:
+    """Return what contacts (c,) do in an impact with Newton's restitution and Coulomb's friction.
+
+    Args:
+        mobility: Speeds (2c, 2c), first all across, then all along contacts, by impulses, 1/kg.
+        before: Rates of the gaps, and speeds along the contacts, before (2c,), m/s.
+        restitution: Coefficients (c,) of restitution.
+        friction: Coefficients (c,) of friction; 0 of one that is smooth.
+        moved: Speeds (2c,) that other impulses of the same instant add, m/s; left out, none.
+
+    Raises:
+        ArithmeticError: there is no answer, there are several that lead to other speeds, the one
+            there is gains energy, or there are more than `MOST_RUBBING` contacts.
+
+    """
+    count = len(restitution)
+    if count > MOST_RUBBING:
+        raise ArithmeticError(f"friction in impacts is known of {MOST_RUBBING} contacts at most")
+    begin = before if moved is None else before + moved
+    # In units in which each contact alone moves by 1.
+    scale = np.sqrt(np.diag(mobility))
+    scale = np.where(scale > 0, scale, scale.max(initial=0.0) or 1.0)
+    system = mobility / scale[:, None] / scale
+    start, wanted = begin / scale, (begin[:count] + restitution * before[:count]) / scale[:count]
+    grips = friction * scale[count:] / scale[:count]
+    choices = [(OPEN, STICKS, SLIDES, SLIDES_BACK) if mu > 0 else (OPEN, SLIDES) for mu in friction]
+    modes = np.array(list(product(*choices)))
+    equations, right = _equations(modes, system, wanted, start[count:], grips)
+    impulses = (np.linalg.pinv(equations, rcond=RANK) @ right[..., None])[..., 0]
+    impulses[np.tile(modes == OPEN, 2)] = 0.0  # exactly
+    off = np.abs((equations @ impulses[..., None])[..., 0] - right).max(axis=1, initial=0.0)
+    after = start + impulses @ system.T
+    enough = PUSH_ROUNDING * max(np.abs(start).max(initial=0.0), np.abs(wanted).max(initial=0.0))
+    across, along = impulses[:, :count], impulses[:, count:]
+    margins = np.concatenate(
+        [
+            across,
+            wanted + after[:, :count] - start[:count],
+            grips * across - np.abs(along),
+            np.where(modes == SLIDES, after[:, count:], 0.0) * (friction > 0),
+            np.where(modes == SLIDES_BACK, -after[:, count:], 0.0),
+        ],
+        axis=1,
+    )
+    fits = (margins.min(axis=1, initial=0.0) >= -enough) & (off <= enough)
+    if not fits.any():
+        raise ArithmeticError("no impulses fit restitution and friction of all of them")
+    answers, ends = impulses[fits], after[fits]
+    apart = np.abs(ends - ends[0]).max(initial=0.0)
+    if apart > SAME_ANSWER * max(np.abs(ends).max(initial=0.0), np.abs(start).max(initial=0.0)):
+        raise ArithmeticError("friction leaves more than one answer for what they do")
+    # Of answers with the same speeds, the one whose largest impulse is least.
+    best = np.abs(answers).max(axis=1, initial=0.0).argmin()
+    impulse, end = answers[best] / scale, ends[best] * scale
+    gained = impulse @ (begin + end) / 2
+    size = np.abs(impulse) @ (np.abs(begin) + np.abs(end)) / 2
+    if gained > SAME_ANSWER * size:
+        raise ArithmeticError("restitution with friction would gain energy there")
+    return RubbingImpact(impulse[:count], impulse[count:], end[:count], end[count:])
+
+
+def _equations(
+    modes: FloatArray, system: FloatArray, wanted: FloatArray, slip: FloatArray, grips: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Matrices (modes, 2c, 2c) and right sides (modes, 2c) of what impulses obey in some modes."""
+    count = len(wanted)
+    same = np.eye(2 * count)
+    closed, sticks = (modes != OPEN)[..., None], (modes == STICKS)[..., None]
+    way = np.select([modes == SLIDES, modes == SLIDES_BACK], [1.0, -1.0], 0.0)
+    slides = same[count:] + (way * grips)[..., None] * same[:count]
+    across = np.where(closed, system[:count], same[:count])
+    along = np.where(sticks, system[count:], slides)
+    right = [np.where(closed[..., 0], -wanted, 0.0), np.where(sticks[..., 0], -slip, 0.0)]
+    return np.concatenate([across, along], axis=1), np.concatenate(right, axis=1)
