@@ -79,6 +79,7 @@ CHANGES = {
         *PINNED,
         "joints.hub.friction={coefficient: 0.1, radius: 5 mm}",
     ],
+    "`revolute` with `freewheel`": [*PINNED, "joints.hub.freewheel=forward"],
     "`weld`": [*PAIR, "joints.glue={type: weld, points: [arm.e, other.o]}"],
     "`prismatic`": [OTHER, f"{SLIDE}}}"],
     "`limits` of a `prismatic`, with `restitution`": [OTHER, f"{WAY}, law: {BOUNCE}}}}}"],

@@ -141,7 +141,8 @@ def test_friction_in_a_pin_takes_its_part_of_an_impact():
     assert after == pytest.approx(0.5 * speed, abs=1e-8)
     assert -result.rates[-1, 0, 2] == pytest.approx(turned - lost_later(turned), abs=1e-6)
     lost = result.frictions["pin"].lost
-    assert lost[np.searchsorted(result.time, hit.begin, side="right") - 1] == pytest.approx(lost_in_pin, abs=1e-7)
+    now = np.searchsorted(result.time, hit.begin, side="right") - 1
+    assert lost[now] == pytest.approx(lost_in_pin, abs=1e-7)
     assert result.checks.energy_residual < 1e-10
 
 

@@ -337,6 +337,9 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     for name, law in scene.laws.items():
         if isinstance(law, HertzLaw) and law.length is not None:
             yield (*scene.law_path(name), "formula"), f"no formula '{law.formula}', but 'sphere'"
+    for name, joint in scene.joints.items():
+        if isinstance(joint, RevoluteJoint) and joint.freewheel is not None:
+            yield ("joints", name, "freewheel"), "no freewheels"
     curved = [
         n
         for n, contact in scene.contacts.items()

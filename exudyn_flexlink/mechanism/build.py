@@ -465,18 +465,24 @@ def _channel(bodies: Bodies, name: str, joint: specs.SleeveJoint, law: specs.Pen
     )
 
 
+FREE_WAYS = {"forward": 1, "backward": -1}
+
+
 def _joint_frictions(bodies: Bodies) -> Iterator[JointFriction]:
-    """Return the friction of pins and slides that have some."""
+    """Return the friction of pins and slides that have some, and freewheels."""
     for name, joint in bodies.scene.joints.items():
-        if isinstance(joint, specs.RevoluteJoint) and joint.friction and joint.friction.acts:
-            friction = joint.friction
-            share = friction.coefficient * (friction.radius or 0.0)
-            pin = Pin(name, *bodies.ends(joint))
-            yield JointFriction(name, pin, friction.torque, share, friction.slip_speed)
+        if isinstance(joint, specs.RevoluteJoint):
+            friction = joint.friction or specs.PinFriction(torque=0.0)
+            if friction.acts or joint.freewheel:
+                share = friction.coefficient * (friction.radius or 0.0)
+                one_way = 0 if joint.freewheel is None else FREE_WAYS[joint.freewheel]
+                sizes = friction.torque, share, friction.slip_speed, one_way
+                yield JointFriction(name, Pin(name, *bodies.ends(joint)), *sizes)
         elif isinstance(joint, specs.PrismaticJoint) and joint.friction and joint.friction.acts:
             along = joint.friction
-            sizes = along.force, along.coefficient, along.slip_speed
-            yield JointFriction(name, bodies.slide(name), *sizes)
+            yield JointFriction(
+                name, bodies.slide(name), along.force, along.coefficient, along.slip_speed
+            )
 
 
 # --- springs and contacts ------------------------------------------------------------

@@ -477,6 +477,8 @@ class JointFriction:
     The bound is `constant` (N m, along a slide N) and, by the force in the joint, `share` of that:
     of a pin its coefficient times its radius (m), of a slide its coefficient, by what is across the
     line. Where it is regularised, `slip_speed` (rad/s or m/s) is what it needs to act in full.
+    A freewheel turns in its `one_way` alone, 1 forward or -1, and holds against the other without
+    bound; 0 is no freewheel.
     """
 
     name: str
@@ -484,6 +486,7 @@ class JointFriction:
     constant: float
     share: float
     slip_speed: float
+    one_way: int = 0
 
     def regularised(self, speed: FloatArray) -> FloatArray:
         """T by the constant part of the bound where nothing holds, at speeds (...)."""

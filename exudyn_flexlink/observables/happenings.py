@@ -22,8 +22,8 @@ class Happening(NamedTuple):
 
     `what` is one of ``touches``, ``lifts off``, ``slides off the face``, ``impact`` (speeds jump),
     ``turns back`` (a joint's rate changes its sign, before and after it goes farther than the run
-    may be off), ``comes to rest`` and ``moves again`` (dry friction holds a joint), ``lap`` (a
-    point passes the seam of its closed slot).
+    may be off), ``comes to rest`` and ``moves again`` (dry friction holds a joint), ``locks`` and
+    ``overruns`` (a freewheel), ``lap`` (a point passes the seam of its closed slot).
     """
 
     time: float
@@ -40,8 +40,10 @@ def happenings(result: Result) -> list[Happening]:
             seen += _of_touch(touch, pairs[touch.pair])
     for name, friction in result.frictions.items():
         ends = friction.end[np.isfinite(friction.end)]
-        seen += [Happening(time, "comes to rest", name) for time in friction.begin.tolist()]
-        seen += [Happening(time, "moves again", name) for time in ends.tolist()]
+        one_way = getattr(result.scene.joints[name], "freewheel", None) is not None
+        held, free = ("locks", "overruns") if one_way else ("comes to rest", "moves again")
+        seen += [Happening(time, held, name) for time in friction.begin.tolist()]
+        seen += [Happening(time, free, name) for time in ends.tolist()]
     for name, (way, rate) in _motions(result).items():
         back = _reversals(result.time, way, rate, _least_way(result)).tolist()
         seen += [Happening(time, "turns back", name) for time in back]

@@ -149,10 +149,12 @@ def _joined(joint: Joint) -> str:
 
 
 def _rubs(joint: Joint) -> str:
-    """By what dry friction brakes a joint."""
+    """The one way in which a joint turns, and by what dry friction brakes it."""
     friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
+    one_way = joint.freewheel if isinstance(joint, RevoluteJoint) else None
+    free = f", freewheel {one_way}" if one_way else ""
     if friction is None or not friction.acts:
-        return ""
+        return free
     constant, unit, place = getattr(friction, "force", 0.0), "N", ""
     if isinstance(friction, PinFriction):
         constant, unit = friction.torque, "N m"
@@ -160,7 +162,7 @@ def _rubs(joint: Joint) -> str:
     texts = [f"{number(constant)} {unit}"] if constant > 0 else []
     if friction.coefficient > 0:
         texts.append(f"coefficient {number(friction.coefficient)}{place}")
-    return f", friction {' and '.join(texts)}"
+    return f"{free}, friction {' and '.join(texts)}"
 
 
 def _fit(sleeve: SleeveJoint) -> str:

@@ -290,6 +290,11 @@ class RevoluteJoint(PointsJoint):
     friction: PinFriction | None = Field(
         None, description="dry friction, without clearance; with it, that is the law's"
     )
+    freewheel: Literal["forward", "backward"] | None = Field(
+        None,
+        description="the one way in which the second body may turn relative to the first, forward: "
+        "counter-clockwise; locked against the other; not with clearance",
+    )
 
     @property
     def acting(self) -> PenaltyLaw | None:
@@ -301,6 +306,9 @@ class RevoluteJoint(PointsJoint):
         if self.clearance > 0 and self.friction is not None:
             hint = "give 'friction', a coefficient, under 'law'; or no clearance"
             refuse("a joint with clearance rubs by its law", hint, at="friction")
+        if self.clearance > 0 and self.freewheel is not None:
+            hint = "give the clearance to another joint of the shaft"
+            refuse("a freewheel has no clearance", hint, at="freewheel")
         if self.clearance > 0 and self.law is None:
             refuse("missing 'law', the force between journal and bearing", _EXAMPLE)
         for key, lacking in (("law", "bearing to press on"), ("radius", "journal")):

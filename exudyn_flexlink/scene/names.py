@@ -362,7 +362,8 @@ def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
     for name, joint in parts.valid("joints"):
         law = joint.acting if isinstance(joint, RevoluteJoint) else None
         dry = joint.friction if isinstance(joint, RevoluteJoint) else None
-        if (law is not None and law.friction > 0) or (dry is not None and dry.acts):
+        one_way = isinstance(joint, RevoluteJoint) and joint.freewheel is not None
+        if (law is not None and law.friction > 0) or (dry is not None and dry.acts) or one_way:
             yield name, set(joint.bodies)
 
 

@@ -42,7 +42,8 @@ OTHER_WORDS: dict[str, str] = {
     "round": "circle circular",
     "general": "pipe tube hollow profile",
     # types of joints
-    "revolute": "pin pinned pin_joint hinge hinged pivot rotational rotary rotation turning ball",
+    "revolute": "pin pinned pin_joint hinge hinged pivot rotational rotary rotation turning ball "
+    "clutch freewheel",
     "weld": "fixed rigid rigid_joint fixed_joint welded clamp clamped cantilever",
     "slot": "pin_in_slot pin_slot cam track point_on_curve higher_pair",
     "sleeve": "cylindrical guide",
@@ -113,6 +114,8 @@ OTHER_WORDS: dict[str, str] = {
     "friction": "mu friction_coefficient coulomb dry_friction stiction friction_torque "
     "friction_force",
     "coefficient": "mu mu_dynamic mu_static friction_coefficient coulomb",
+    "freewheel": "clutch one_way one_way_clutch overrunning overrunning_clutch backstop sprag "
+    "ratchet diode",
     "slip_speed": "stiction_trans_vel v_s vs",
     "exponent": "n power",
     "formula": "model shape",

@@ -171,7 +171,8 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
         for name in _joints(scene, kind):
             yield ("joints", name), lacks
     for friction in mechanism.frictions:
-        yield ("joints", friction.name, "friction"), "no friction in joints"
+        key = "freewheel" if friction.one_way else "friction"
+        yield ("joints", friction.name, key), f"no {key} in joints"
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody) and body.stretch:
             yield ("bodies", name, "stretch"), "rods that do not stretch"

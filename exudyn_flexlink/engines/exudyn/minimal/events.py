@@ -31,7 +31,7 @@ from numpy.polynomial import chebyshev
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.contacts import CurveFollower, TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.friction import LEAST_BOUND, STILL
+from exudyn_flexlink.engines.exudyn.minimal.friction import STILL, JointFrictions
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.loads import LoadSize, Now
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
@@ -134,7 +134,7 @@ class FrictionWatch:
             elif driven[k]:
                 yield guard(k, Happens.SWEPT_ALONG, _stillness(rows[k]))
             else:
-                yield guard(k, Happens.SLIDES, _left_of_bound(k))
+                yield guard(k, Happens.SLIDES, partial(_left_of_bound, joints, k))
         for k in joints.has_sides.tolist():
             if joints.way[k]:
                 yield guard(k, Happens.CHANGES_SIDES, _press(k, joints.side[k]))
@@ -173,14 +173,9 @@ def _stillness(row: FloatArray) -> Value:
     return lambda at: np.asarray(STILL - np.abs(at.state.v @ row))
 
 
-def _left_of_bound(k: int) -> Value:
-    """Part of the bound that is left to a joint at rest."""
-
-    def left(at: TreeForces) -> FloatArray:
-        torque, bound = at.friction[:, k, 0], at.friction[:, k, 1]
-        return np.asarray(1.0 - np.abs(torque) / np.maximum(bound, LEAST_BOUND))
-
-    return left
+def _left_of_bound(joints: JointFrictions, k: int, at: TreeForces) -> FloatArray:
+    """What is left to a joint at rest, of its bound."""
+    return joints.left_of_bound(k, at.friction[:, k])
 
 
 def _press(k: int, side: float) -> Value:

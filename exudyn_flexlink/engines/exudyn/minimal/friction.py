@@ -11,7 +11,9 @@ A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with error
 zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
 sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988).
 Where more joints rest than there are freedoms between them, as in a loop, their T are those that
-use the least part of their bounds: they slide when none other would hold.
+use the least part of their bounds: they slide when none other would hold. A freewheel has no bound
+on one side: there v is never beyond zero, and in an impact T has the impulse that it takes (F.
+Pfeiffer and Ch. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996).
 
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
 There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
@@ -334,8 +336,10 @@ COUPLED = 1e-9  # of joints that move each other: less is rounding
 LEAST_BOUND = 1e-30  # N m or N: bound of a joint without any force in it
 
 
-def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> FloatArray:
-    """T (k,) that make ``T W T/2 + free T`` least for a mobility W (k, k), none beyond its bound.
+def within_bounds(
+    mobility: FloatArray, free: FloatArray, bounds: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """T (k,) that make ``T W T/2 + free T`` least for a mobility W (k, k), none beyond its bounds.
 
     So a joint rests, ``W T + free = 0``, or T is at the bound against its acceleration. With a root
     of W, ``W = A^T A``, that is a least-squares problem with bounds (P. B. Stark and R. L. Parker,
@@ -347,11 +351,12 @@ def within_bounds(mobility: FloatArray, free: FloatArray, bound: FloatArray) -> 
     values, ways = np.linalg.eigh(mobility * scale[:, None] * scale)
     moves = values > RANK * values.max()
     root, ways = np.sqrt(values[moves]), ways[:, moves]
-    most = np.maximum(bound, LEAST_BOUND) / scale
+    low, high = bounds
+    within = np.minimum(low, -LEAST_BOUND) / scale, np.maximum(high, LEAST_BOUND) / scale
     wanted = -(free * scale) @ ways / root
-    solved = lsq_linear((ways * root).T, wanted, (-most, most), "bvls", tol=SOLVED)
-    at_bounds = solved.active_mask != 0
-    return np.asarray(np.where(at_bounds, solved.active_mask * bound, solved.x * scale))
+    solved = lsq_linear((ways * root).T, wanted, within, "bvls", tol=SOLVED)
+    choices = [solved.active_mask < 0, solved.active_mask > 0]
+    return np.select(choices, [low, high], solved.x * scale)
 
 
 def scaled_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
@@ -426,11 +431,24 @@ class LockedError(Sendable, ArithmeticError):
     """Friction by the force in a joint has no answer, or more than one."""
 
     advice = "a smaller 'coefficient' or 'radius'"
+    key = "friction"
 
     def __init__(self, joint: str) -> None:
         """Take the name of the joint."""
         self.joint = joint
         super().__init__(f"friction locks joint '{joint}': the force in it grows with its friction")
+
+
+class BackwardError(LockedError):
+    """A freewheel turns the way in which it locks."""
+
+    advice = "turn it the other way, or the freewheel around"
+    key = "freewheel"
+
+    def __init__(self, joint: str) -> None:
+        """Take the name of the joint."""
+        self.joint = joint
+        ArithmeticError.__init__(self, f"freewheel '{joint}' is turned the way in which it locks")
 
 
 class _Known(NamedTuple):
@@ -468,6 +486,7 @@ class JointFrictions:
         )
         self._constant = np.array([friction.constant for friction in frictions])
         self.shares = np.array([friction.share for friction in frictions])
+        self._one_way = np.array([friction.one_way for friction in frictions], dtype=float)
         self._slides = np.array(
             [not isinstance(friction.joint, Pin) for friction in frictions], dtype=bool
         )
@@ -577,6 +596,8 @@ class JointFrictions:
         torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
         bound = self._bound(known, torque)
         for block in dependent(known.mobility[0], held):
+            if self._one_way[block].any():
+                continue  # what holds without bound has no part of one
             for _ in range(FEW_ROUNDS if self.shares.any() else 1):
                 columns = torque[:, block], bound[:, block], known.free[:, block]
                 torque[:, block] = least_part(*columns)
@@ -591,6 +612,21 @@ class JointFrictions:
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
         felt = np.linalg.norm(_felt(known, torque), axis=-1)
         return np.asarray(self._constant + self.shares * felt)
+
+    def bounds(self, bound: FloatArray, which: IndexArray) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest T (k,) of some joints whose friction has this bound (k,)."""
+        one_way = self._one_way[which]
+        return np.where(one_way < 0, -inf, -bound), np.where(one_way > 0, inf, bound)
+
+    def left_of_bound(self, k: int, friction: FloatArray) -> FloatArray:
+        """What is left (n,) to joint k at rest, by its T and bounds (n, 2 or more); below 0 none.
+
+        A part of the bound; of a freewheel all, N m.
+        """
+        torque, bound = friction[:, 0], friction[:, 1]
+        if self._one_way[k]:
+            return np.asarray(self._one_way[k] * torque + bound)
+        return np.asarray(1.0 - np.abs(torque) / np.maximum(bound, LEAST_BOUND))
 
     def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
         """T (n, moving) of joints that slide, by Newton's method, since bounds depend on T.
@@ -628,9 +664,12 @@ class JointFrictions:
     # --- impacts ------------------------------------------------------------------------------
 
     def struck(self, at: Evaluation) -> IndexArray:
-        """Numbers of the joints whose friction has an impulse: it is in proportion to theirs."""
+        """Numbers of the joints that take an impulse.
+
+        That of friction is in proportion to the joint's; a freewheel locks.
+        """
         driven = self.driven(at.kept.state) if self.all else np.zeros(0, dtype=bool)
-        return np.flatnonzero((self.shares > 0) & ~driven)
+        return np.flatnonzero(((self.shares > 0) | (self._one_way != 0)) & ~driven)
 
     def impulses_by(self, at: Evaluation, free: FloatArray, rows: FloatArray) -> FloatArray:
         """Impulses (k, joints, 2), N s, in joints by units of some impulses, at one state.
@@ -648,7 +687,8 @@ class JointFrictions:
         """Tell which joints slide, and which way, at a state (1,) without friction.
 
         Raises:
-            LockedError: friction by the forces in joints has no answer, or more than one.
+            LockedError: friction by the forces in joints has no answer, or more than one; or a
+                freewheel is turned the way in which it locks.
 
         """
         before, known, joints = self.way, self._look(at), np.arange(len(self.all))
@@ -662,6 +702,9 @@ class JointFrictions:
         given = self.rows @ by_drives
         pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
+        backward = way * self._one_way < 0
+        if backward.any():
+            raise BackwardError(self.all[int(backward.argmax())].name)
         free = known.free[0].any(axis=-1)  # neither driven nor held by contacts
         resting, torque = np.flatnonzero((way == 0) & free), np.zeros((1, len(joints)))
         for _ in range(MOST_ROUNDS):
@@ -670,14 +713,16 @@ class JointFrictions:
             limits[0, resting] = 0.0
             left = known.away[0] + known.mobility[0] @ limits[0]
             within = known.mobility[0][np.ix_(resting, resting)], left[resting]
-            limits[0, resting] = within_bounds(*within, bound[0, resting])
+            of_resting = self.bounds(bound[0, resting], resting)
+            limits[0, resting] = within_bounds(*within, of_resting)
             change, torque = np.abs(limits - torque).max(), limits
             if change <= SEARCH_ROUNDING * np.abs(torque).max():
                 break
         parts = known.mobility[0] * torque[0]
         left = known.away[0] + parts.sum(axis=1)
         moves = np.abs(left) > NO_ACCELERATION * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
-        slide = moves & (np.abs(torque[0]) >= bound[0])
+        least, greatest = self.bounds(bound[0], joints)
+        slide = moves & ((torque[0] <= least) | (torque[0] >= greatest))
         way[resting] = np.where(slide, np.sign(left), 0.0)[resting]
         self.side = np.where(_felt(known, torque)[0, :, 0] < 0, -1.0, 1.0)
         fresh = (way == 0) & ((before != 0) | np.isnan(self._place))
@@ -691,8 +736,10 @@ class JointFrictions:
         """
         torque, bound = friction[:, 0], friction[:, 1]
         starts = (self.way == 0) & (np.abs(torque) >= (1 - AT_BOUND) * bound) & (bound > 0)
+        starts &= self._one_way * torque <= 0
         starts[k] = True
-        self.way = np.where(starts, -np.sign(torque), self.way)
+        way = np.where(self._one_way == 0, -np.sign(torque), self._one_way)
+        self.way = np.where(starts, way, self.way)
         self.since = np.where(starts, self.rows @ v, self.since)
 
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.diagnostics import REST_SPEED, Bounces, is_over
 from exudyn_flexlink.engines.exudyn.minimal.contacts import Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
@@ -113,6 +113,9 @@ def jump_of(
     state: TreeState = at.kept.state
     matrix, count = state.transform.matrix, len(laws)
     struck = joints.struck(at)
+    sliding = np.concatenate([gaps.rows, gaps.slides]) @ matrix
+    felt = mobility_between(at.mass, sliding, joints.rows[struck] @ matrix)
+    struck = struck[felt]
     rows = np.concatenate([gaps.rows, gaps.slides, joints.rows[struck]])
     free = rows @ matrix
     free[:count] = gaps.free
@@ -120,7 +123,7 @@ def jump_of(
     if len(struck):
         felt = joints.impulses_by(at, free, rows)[:, struck]
         speeds = joints.rows[struck] @ state.v
-        bounds = JointBounds(joints.shares[struck], felt, speeds, joints.all[struck[0]].name)
+        bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck)
         blow = _with_joints(mobility, gaps, restitution, laws, bounds)
     else:
         blow, speeds = _blow(mobility, gaps, restitution, laws), np.zeros(0)
@@ -144,6 +147,14 @@ def jump_of(
         blow.rub,
         joints_lost,
     )
+
+
+def mobility_between(mass: FloatArray, rows: FloatArray, others: FloatArray) -> BoolArray:
+    """Tell which of `others` (k, n) impulses along some rows (m, n) move."""
+    arms = np.linalg.solve(mass, np.concatenate([rows, others]).T)
+    sizes = np.sqrt(np.einsum("kn,nk->k", np.concatenate([rows, others]), arms))
+    moved = np.abs(others @ arms[:, : len(rows)])
+    return (moved > NOTHING_PASSED_ON * sizes[len(rows) :, None] * sizes[: len(rows)]).any(axis=1)
 
 
 def _blow(
@@ -191,16 +202,17 @@ def _blow(
 
 
 class JointBounds(NamedTuple):
-    """Joints (j,) whose friction has an impulse: shares of the impulse in the joint, speeds before.
+    """Joints (j,) that take an impulse: shares of the impulse in the joint, speeds before.
 
     `felt` (2c + j, j, 2) are impulses in them by units of those of contacts, across and along, and
-    of their own friction; `name` is one of them.
+    of their own friction; `which` are their numbers among all `joints`.
     """
 
     shares: FloatArray
     felt: FloatArray
     speeds: FloatArray
-    name: str
+    joints: JointFrictions
+    which: IndexArray
 
 
 def _with_joints(
@@ -232,10 +244,11 @@ def _with_joints(
         felt = np.einsum("kji,k->ji", joints.felt, np.append(of_contacts, rub))
         bound = joints.shares * np.linalg.norm(felt, axis=1)
         free = joints.speeds + mobility[contacts:, :contacts] @ of_contacts
-        before, rub = rub, within_bounds(mobility[contacts:, contacts:], free, bound)
+        limits = joints.joints.bounds(bound, joints.which)
+        before, rub = rub, within_bounds(mobility[contacts:, contacts:], free, limits)
         if np.abs(rub - before).max() <= SEARCH_ROUNDING * np.abs(rub).max():
             return blow._replace(joints=rub)
-    raise LockedError(joints.name)
+    raise LockedError(joints.joints.all[joints.which[0]].name)
 
 
 def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:

@@ -340,7 +340,7 @@ def prepare(
         problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
     except LockedError as error:
         mistake = Mistake(
-            ("joints", error.joint, "friction"), f"{error}, as it starts", error.advice
+            ("joints", error.joint, error.key), f"{error}, as it starts", error.advice
         )
         raise SceneError(scene.document, [mistake]) from error
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)
