@@ -277,7 +277,11 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     rough = [n for n, law in laws.items() if getattr(law, "friction", 0.0) > 0]
     rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
-    damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
+    damped = [
+        s.name.split(" hinge ")[0]
+        for s in mechanism.all_springs
+        if s.damping > 0 or (s.law is not None and not s.law.stores)
+    ]
     damped += [n for n, stop in scene.stops.items() if getattr(stop.law, "damping", None)]
     damped += [n for n, rope in scene.ropes.items() if rope.damping]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]

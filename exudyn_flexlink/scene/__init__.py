@@ -53,6 +53,7 @@ from exudyn_flexlink.scene.forces import (
     TorqueLaw,
     TorsionalSpring,
     Value,
+    without_rate,
 )
 from exudyn_flexlink.scene.joints import (
     BeltJoint,
