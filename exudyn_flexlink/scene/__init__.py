@@ -13,6 +13,8 @@ from exudyn_flexlink.scene.bodies import (
     LapsSpec,
     LineSpec,
     Material,
+    Piece,
+    PolygonSpec,
     RectangleSection,
     RigidBody,
     RodBody,
