@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from exudyn_flexlink import scene as specs
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake, SceneError
 
@@ -22,8 +23,8 @@ def idealise(scene: Scene, without: Iterable[str]) -> Scene:
       with their joints, springs and initial values. Walls and bearings stay: they go with the
       clearance.
     - ``friction``: contacts, walls, bearings and joints are smooth.
-    - ``damping``: hinges and springs lose nothing; contacts and walls keep their restitution, as
-      part of the impact.
+    - ``damping``: hinges and springs lose nothing, those by a formula have 0 for its ``rate``;
+      contacts and walls keep their restitution, as part of the impact.
 
     Raises:
         ValueError: there is no such effect.
@@ -89,6 +90,10 @@ def _undamped(body: specs.Body) -> specs.Body:
 
 
 def _lossless(spring: specs.Spring) -> specs.Spring:
+    key = "force" if isinstance(spring, specs.LinearSpring) else "torque"
+    law = getattr(spring, key)
+    if isinstance(law, Expression):
+        spring = spring.model_copy(update={key: specs.without_rate(law)})
     if isinstance(spring, specs.LinearSpring):
         return spring.model_copy(update={"damping": 0.0}) if spring.damping else spring
     if not spring.damping and not spring.damping_ratio:

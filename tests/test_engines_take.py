@@ -47,6 +47,13 @@ CHANGES = {
     "`flexible` with `stretch`": ["bodies.link.stretch=true"],
     "`flexible` with hinges `paper`": ["bodies.link.hinges.stiffness=paper"],
     "`ellipse`, `joined`, `laps`": [],
+    "`polygon`, and `joined` with `round`": [
+        "curves.edge={type: joined, round: 5 mm, pieces: [{type: line, from: [0.04, -0.02], "
+        "to: [0.04, 0.02]}, {type: line, from: [0.04, 0.02], to: [0.02, 0.04]}, corner]}",
+        "curves.corner={type: polygon, points: [[0.02, 0.04], [-0.02, 0.04], [-0.04, 0.02]], "
+        "round: 5 mm}",
+        "joints.pin.curve=edge",
+    ],
     "`circle`": [
         "curves.ring={type: circle, centre: [0, 0], radius: 0.04}",
         "joints.pin.curve=ring",

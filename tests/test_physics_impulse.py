@@ -25,6 +25,29 @@ def balanced(result):
     return checks.energy_residual < 1e-9 * checks.largest_kinetic_energy
 
 
+STEPPED = """
+bodies: {block: {type: rigid, mass: 1, inertia: 1, points: {b: [0, 0]}}}
+joints: {way: {type: prismatic, points: [ground, block.b], at: [0, 0], axis: [0, 1]}}
+curves: {floor: {type: line, from: [-1, 0], to: [1, 0]}}
+contacts:
+  on: {type: point_on_curve, point: block.b, curve: floor, law: {type: impulse, restitution: 0}}
+drives: {lift: {type: force, point: block.b, value: [0, "where(t < 0.5, 0, LIFT)"]}}
+gravity: 9.81
+initial: {along: {way: 0}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@pytest.mark.parametrize("lift", [9, 9.82, 20])
+def test_what_a_force_lifts_all_at_once_leaves_the_floor(lift):
+    result = alone(STEPPED.replace("LIFT", f"{lift}"))
+    assert result.poses[-1, 0, 1] == pytest.approx(max(0, lift - G) / 2 * 0.25, abs=1e-8)
+    (touch,) = result.intervals["on"]
+    assert touch.lasts if lift < G else touch.end == pytest.approx(0.5)
+    assert balanced(result) or lift < G
+
+
 # --- two bodies -------------------------------------------------------------------------------
 
 TWO = """

@@ -24,3 +24,4 @@ from exudyn_flexlink.curves.pieces import (
     next_lap,
     next_piece,
 )
+from exudyn_flexlink.curves.rounding import CornerArc, polygon, rounded

@@ -150,15 +150,18 @@ class CurveError(Sendable, ValueError):
     """A curve that cannot be.
 
     ``message`` says what is wrong (pieces, points and laps are counted from 1 there), ``piece`` is
-    the index of the piece, lap or point at fault (from 0, None: the whole curve is), ``hint`` what
-    to do about it.
+    the index of the piece, lap or point at fault (from 0, None: the whole curve is, or what has the
+    ``key``), ``hint`` what to do about it.
     """
 
-    def __init__(self, message: str, piece: int | None = None, hint: str = "") -> None:
+    def __init__(
+        self, message: str, piece: int | None = None, hint: str = "", key: str = ""
+    ) -> None:
         super().__init__(message)
         self.message = message
         self.piece = piece
         self.hint = hint
+        self.key = key
 
 
 Places = tuple[ComplexArray, ComplexArray, ComplexArray]

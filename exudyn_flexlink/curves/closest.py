@@ -21,6 +21,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves.base import NODES, WEIGHTS, Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment, Spline, SplinePiece
+from exudyn_flexlink.curves.rounding import CornerArc
 
 Place = tuple[float, float, float, float, float, float]
 Evaluator = Callable[[float], Place]
@@ -34,27 +35,59 @@ QUADRATURE = list(zip((0.5 * (1 + NODES)).tolist(), (0.5 * WEIGHTS).tolist(), st
 
 
 class Closest:
-    """Searches a curve; places are pieces with their own parameters."""
+    """Searches a curve; places are pieces with their own parameters.
+
+    Between long sides of one with corners the nearest sample may be on another than the nearest
+    place: there all stretches between samples count that may be nearer.
+    """
 
     def __init__(self, curve: Curve) -> None:
         self._closed = curve.closed
         self.at: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
         self._direct = [_direct(piece) for piece in curve.pieces]
         self._straight = [isinstance(piece, LineSegment) for piece in curve.pieces]
+        self.cornered = any(isinstance(piece, CornerArc) for piece in curve.pieces)
         u, points = curve.samples
         self._x, self._y = points[:, 0].copy(), points[:, 1].copy()
         self._bounds = [(piece.start, piece.end) for piece in curve.pieces]
+        self._shifts = [
+            float(b) - p.start for b, p in zip(curve.breaks[:-1], curve.pieces, strict=True)
+        ]
         self._spans = [_span(curve, float(low), float(high)) for low, high in pairwise(u)]
         # Of each piece: where its spans begin, and how long the curve is up to there.
         self._marks: list[tuple[list[float], list[float]]] = [([], []) for _ in curve.pieces]
-        lengths = curve.arc_length.to(u[:-1]).tolist()
-        for (piece, low, _), length in zip(self._spans, lengths, strict=True):
+        lengths = curve.arc_length.to(u)
+        self._halves = 0.5 * np.diff(lengths)
+        for (piece, low, _), length in zip(self._spans, lengths[:-1].tolist(), strict=True):
             self._marks[piece][0].append(low)
             self._marks[piece][1].append(length)
 
     def on_curve(self, x: float, y: float) -> tuple[int, float]:
         """Piece and parameter of the place next to (x, y) m, never beyond an open curve's end."""
-        return self._around(self._nearest(x, y), x, y)
+        place = self._around(self._nearest(x, y), x, y)
+        return self._nearer(place, x, y) if self.cornered else place
+
+    def _nearer(self, place: tuple[int, float], x: float, y: float) -> tuple[int, float]:
+        """Return a place of the curve that is nearer than this one, if there is one."""
+        least, away = self._away(place, x, y), np.hypot(self._x - x, self._y - y)
+        for k in np.flatnonzero(np.minimum(away[:-1], away[1:]) - self._halves < least).tolist():
+            piece, low, high = self._spans[k]
+            if self._slope(piece, low, x, y) < 0 < self._slope(piece, high, x, y):
+                other = piece, self._settle(self._spans[k], x, y)
+                if (distance := self._away(other, x, y)) < least:
+                    place, least = other, distance
+        return place
+
+    def _away(self, place: tuple[int, float], x: float, y: float) -> float:
+        piece, u = place
+        at = self.at[piece](u)
+        return hypot(at[0] - x, at[1] - y)
+
+    def parameters(self, points: FloatArray) -> FloatArray:
+        """Parameters (...) of the whole curve, by points (..., 2)."""
+        flat = [self.on_curve(x, y) for x, y in points.reshape(-1, 2).tolist()]
+        places = [u + self._shifts[piece] for piece, u in flat]
+        return np.array(places).reshape(points.shape[:-1])
 
     def on_piece(self, piece: int, x: float, y: float, near: float) -> float:
         """Parameter of the place of a piece next to (x, y) m, also beyond its ends.
@@ -169,11 +202,12 @@ def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
         (x0, y0), (x1, y1) = piece.a, piece.b
         tx, ty = (x1 - x0) / piece.end, (y1 - y0) / piece.end
         return lambda x, y, _: tx * (x - x0) + ty * (y - y0)
-    if isinstance(piece, Arc) and piece.semi_axes[0] == piece.semi_axes[1]:
+    if isinstance(piece, Arc) and piece.semi_axes[0] == abs(piece.semi_axes[1]):
         (cx, cy), middle = piece.centre, 0.5 * (piece.start + piece.end)
+        way = 1.0 if piece.semi_axes[1] > 0 else -1.0
 
         def on_circle(x: float, y: float, near: float) -> float:
-            angle = atan2(y - cy, x - cx) - piece.rotation
+            angle = way * (atan2(y - cy, x - cx) - piece.rotation)
             u = middle + remainder(angle - middle, tau)
             return u if piece.start <= u <= piece.end else near + remainder(angle - near, tau)
 
@@ -255,15 +289,6 @@ class Farthest(Closest):
     def __init__(self, curve: Curve) -> None:
         super().__init__(curve)
         self._direct = [None] * len(curve.pieces)
-        self._shifts = [
-            float(b) - p.start for b, p in zip(curve.breaks[:-1], curve.pieces, strict=True)
-        ]
-
-    def parameters(self, directions: FloatArray) -> FloatArray:
-        """Parameters (...) of the whole curve, by directions (..., 2)."""
-        flat = [self.on_curve(x, y) for x, y in directions.reshape(-1, 2).tolist()]
-        places = [u + self._shifts[piece] for piece, u in flat]
-        return np.array(places).reshape(directions.shape[:-1])
 
     def _nearest(self, x: float, y: float) -> int:
         return int((self._x * x + self._y * y).argmax())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import Any
@@ -198,27 +199,34 @@ class Joined(Composite):
 
     def __post_init__(self) -> None:
         given = tuple(self.pieces)
-        size = max(piece.size for piece in given)
+        closed = meet_all(given)
         for index in range(1, len(given)):
-            self._check_gap(given, index, size)
             _check_kink(given[index - 1], given[index], index, (index, index + 1))
-        closed = _gap(given[-1], given[0]) <= _tolerance(size)
         if closed:
             _check_kink(given[-1], given[0], 0, (len(given), 1))
         flat = tuple(smooth for piece in given for smooth in piece.pieces)
         self._lay(flat, flat[0].start, closed)
 
-    @staticmethod
-    def _check_gap(given: tuple[Curve, ...], index: int, size: float) -> None:
+
+def meet_all(given: Sequence[Curve]) -> bool:
+    """Tell whether the end of pieces in a row meets their start, too.
+
+    Raises:
+        CurveError: one does not start where the one before ends.
+
+    """
+    size = max(piece.size for piece in given)
+    for index in range(1, len(given)):
         gap = _gap(given[index - 1], given[index])
         if gap > _tolerance(size):
             end, start = _last(given[index - 1]), _first(given[index])
             raise CurveError(
-                f"piece {index + 1} starts at {_show(start)}, {gap:.3g} m away from the end of "
-                f"piece {index} at {_show(end)}",
+                f"piece {index + 1} starts at {show(start)}, {gap:.3g} m away from the end of "
+                f"piece {index} at {show(end)}",
                 piece=index,
                 hint="let each piece start where the one before ends",
             )
+    return _gap(given[-1], given[0]) <= _tolerance(size)
 
 
 @dataclass(frozen=True)
@@ -300,8 +308,8 @@ def _pieces_of_lap(curve: Curve, lap: int) -> tuple[int, int]:
 def _check_closed(curve: Curve, index: int) -> None:
     if not curve.closed:
         raise CurveError(
-            f"curve {index + 1} of the laps is open: its ends {_show(_first(curve))} and "
-            f"{_show(_last(curve))} are {_gap(curve, curve):.3g} m apart",
+            f"curve {index + 1} of the laps is open: its ends {show(_first(curve))} and "
+            f"{show(_last(curve))} are {_gap(curve, curve):.3g} m apart",
             piece=index,
             hint="a lap needs a closed curve",
         )
@@ -313,7 +321,7 @@ def _cut_place(curve: Curve, index: int, meet: FloatArray, heading: FloatArray |
     distances = np.linalg.norm(curve.point(feet) - meet, axis=1)
     if distances[0] > _tolerance(curve.size):
         raise CurveError(
-            f"curve {index + 1} of the laps passes the meeting point {_show(meet)} "
+            f"curve {index + 1} of the laps passes the meeting point {show(meet)} "
             f"at a distance of {distances[0]:.3g} m",
             piece=index,
             hint="all curves must pass through the point where the laps change",
@@ -332,11 +340,11 @@ def _check_turn(angle: float, index: int, meet: FloatArray) -> None:
         return
     opposite = math.pi - angle <= DIRECTION_TOLERANCE
     if opposite:
-        message = f"curve {index + 1} of the laps runs through {_show(meet)} the other way round"
+        message = f"curve {index + 1} of the laps runs through {show(meet)} the other way round"
         hint = "give its pieces or points in the opposite order"
     else:
         message = (
-            f"curve {index + 1} of the laps passes the meeting point {_show(meet)} "
+            f"curve {index + 1} of the laps passes the meeting point {show(meet)} "
             f"at {math.degrees(angle):.4g} degrees to the first"
         )
         hint = "all curves must have the same tangent where the laps change"
@@ -370,10 +378,10 @@ def _check_kink(before: Curve, after: Curve, index: int, numbers: tuple[int, int
     )
     if angle > DIRECTION_TOLERANCE:
         raise CurveError(
-            f"pieces {numbers[0]} and {numbers[1]} meet at {_show(_first(after))} with a kink of "
+            f"pieces {numbers[0]} and {numbers[1]} meet at {show(_first(after))} with a kink of "
             f"{math.degrees(angle):.4g} degrees",
             piece=index,
-            hint="a point on it needs a continuous tangent: round the corner with an arc",
+            hint="a point on it needs a continuous tangent: 'round: 1 mm' puts arcs at all corners",
         )
 
 
@@ -396,7 +404,8 @@ def _tolerance(size: float) -> float:
     return POSITION_TOLERANCE * max(1.0, size)
 
 
-def _show(point: FloatArray) -> str:
+def show(point: FloatArray) -> str:
+    """Return a point (2,) in m as messages show it."""
     x, y = (round(float(value), 12) + 0.0 for value in point)
     return f"({x:.6g}, {y:.6g})"
 

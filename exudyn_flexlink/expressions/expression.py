@@ -91,8 +91,8 @@ _SLIPS = {
 }
 
 
-def tokens_of(text: str, where: str = "") -> Iterator[Token]:
-    """Cut a formula into its pieces, the last of kind end; the word `own` is sensed.
+def tokens_of(text: str, words: Sequence[str] = ()) -> Iterator[Token]:
+    """Cut a formula into its pieces, the last of kind end; the `words` are sensed.
 
     Raises:
         ExpressionError: a piece is none.
@@ -106,8 +106,8 @@ def tokens_of(text: str, where: str = "") -> Iterator[Token]:
             yield _quantity(piece)
         elif piece["sensed"]:
             yield Token("sensed", piece[0], sensed=_sensed(piece))
-        elif where and piece["name"] == where:
-            yield Token("sensed", where, sensed=Sensed(where, ""))
+        elif piece["name"] in words:
+            yield Token("sensed", piece[0], sensed=Sensed(piece[0], ""))
         elif piece["other"]:
             hint = _SLIPS.get(piece[0], "")
             raise ExpressionError(f"'{piece[0]}' can't stand in an expression", hint)
@@ -154,6 +154,8 @@ def unknown_name(name: str, known: list[str]) -> ExpressionError:
     return ExpressionError(f"unknown name '{name}'{near}", "there are: " + ", ".join(known))
 
 
+RATE = "rate"
+"""Word of a spring's formula for how fast its length, or its angle, grows."""
 DEEPEST = 40  # brackets in brackets
 _ARGUMENTS = dict.fromkeys(OF_ONE, 1) | dict.fromkeys(("atan2", "min", "max"), 2) | {"where": 3}
 NAMES = ["t", "pi", "angle", "speed", "place", *_ARGUMENTS]
@@ -181,14 +183,14 @@ class _Piece(NamedTuple):
     powers: Powers | None
 
 
-def parse_expression(text: str, where: str = "") -> Expression:
-    """Read a formula; the word `own` is what has it: the length of a spring, or its angle.
+def parse_expression(text: str, words: Sequence[str] = ()) -> Expression:
+    """Read a formula; the `words` are of what has it, as a spring has a length and a rate.
 
     Raises:
         ExpressionError: it is none, or has more than a formula may have.
 
     """
-    return _Reader(text, where).expression()
+    return _Reader(text, words).expression()
 
 
 def looks_like_expression(text: str) -> bool:
@@ -231,16 +233,16 @@ def _require_order(tokens: Sequence[Token], known: list[str]) -> None:
 class _Reader:
     """Takes Python's tree of a formula apart, inner nodes first: no formula is too deep for it."""
 
-    def __init__(self, text: str, where: str = "") -> None:
+    def __init__(self, text: str, words: Sequence[str] = ()) -> None:
         self.text = text
-        self.tokens = list(tokens_of(text, where))
-        _require_order(self.tokens, [where, "pi", *_ARGUMENTS] if where else NAMES)
+        self.tokens = list(tokens_of(text, words))
+        _require_order(self.tokens, [*words, "pi", *_ARGUMENTS] if words else NAMES)
         # Numbers in place of words: none of Python's own is among them.
-        words = (
+        numbered = (
             token.text if token.kind == "operator" else f"_{i}"
             for i, token in enumerate(self.tokens[:-1])
         )
-        self.nodes = list(ast.walk(ast.parse(" ".join(words), mode="eval").body))
+        self.nodes = list(ast.walk(ast.parse(" ".join(numbered), mode="eval").body))
         self._pieces: dict[ast.AST, _Piece] = {}
         self._sensed = list(dict.fromkeys(token.sensed for token in self.tokens if token.sensed))
         self._tape = Tape()

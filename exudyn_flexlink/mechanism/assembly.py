@@ -309,8 +309,9 @@ def rubbing_joints(scene: Scene) -> Iterator[tuple[str, PinFriction | SlideFrict
 def beyond_redundant(scene: Scene) -> list[Mistake]:
     """Return what Exudyn's own solver does not know: contacts at curves, and where speeds jump.
 
-    Nor formulas of cylinders, stops of hinges or with a damper, ropes, springs by tables, and
-    friction by the force in a joint. It steps redundant coordinates, with beams or without.
+    Nor formulas of cylinders, stops of hinges or with a damper, ropes, springs by tables and
+    formulas, and friction by the force in a joint. It steps redundant coordinates, with beams or
+    without.
     """
     rubbing = "friction by the force in a joint is for 'formulation: minimal'; or give a {}"
     reasons = [

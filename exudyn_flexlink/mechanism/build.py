@@ -17,6 +17,7 @@ from exudyn_flexlink import scene as specs
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import (
     Arc,
+    CornerArc,
     Curve,
     CurveError,
     Joined,
@@ -27,6 +28,8 @@ from exudyn_flexlink.curves import (
     circle_arc,
     closing,
     is_convex,
+    polygon,
+    rounded,
 )
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
 from exudyn_flexlink.laws import Friction, PressingLaw, SpringDamper, SpringTable
@@ -88,7 +91,10 @@ from exudyn_flexlink.scene import (
     LineOnCurve,
     LineSpec,
     Mesh,
+    Piece,
+    PointOnCurve,
     PointsJoint,
+    PolygonSpec,
     PrismaticJoint,
     RevoluteJoint,
     Scene,
@@ -278,8 +284,19 @@ def build_curves(
 
 
 def hollow_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mistake]:
-    """Refuse curves on which a straight face would have no one place, or an end."""
+    """Refuse curves on which a straight face, or a roller in a corner, would have no one place."""
     for name, contact in scene.contacts.items():
+        if isinstance(contact, PointOnCurve) and contact.curve in curves:
+            side = 1.0 if contact.side == "left" else -1.0
+            hollows = [
+                piece.radius
+                for piece in curves[contact.curve].pieces
+                if isinstance(piece, CornerArc) and piece.way == side
+            ]
+            if hollows and contact.radius >= min(hollows):
+                message = f"no smaller than the corners in '{contact.curve}', {min(hollows):g} m"
+                hint = "a roller of that radius would touch both sides at once"
+                yield Mistake(("contacts", name, "radius"), message, hint)
         if isinstance(contact, LineOnCurve) and contact.curve in curves:
             path, curve = ("contacts", name, "curve"), curves[contact.curve]
             if not curve.closed:
@@ -321,7 +338,10 @@ class _CurveBuilder:
         if len(whole) < len(curves):
             return None
         if isinstance(spec, JoinedSpec):
-            return self._try(path, lambda: Joined(whole), key)
+            radius = spec.round
+            return self._try(
+                path, lambda: Joined(whole) if radius is None else rounded(whole, radius), key
+            )
         return self._try(path, lambda: Laps(whole, meet=spec.meet), key)
 
     def _try(self, path: KeyPath, make: Callable[[], Curve], key: str = "") -> Curve | None:
@@ -330,11 +350,12 @@ class _CurveBuilder:
             return make()
         except CurveError as error:
             at = (*path, key, error.piece) if key and error.piece is not None else path
+            at = (*path, error.key) if error.key else at
             self.mistakes.append(Mistake(at, error.message, error.hint))
             return None
 
 
-def _simple(spec: EllipseSpec | SuperellipseSpec | CircleSpec | LineSpec | SplineSpec) -> Curve:
+def _simple(spec: Piece) -> Curve:
     """Build a curve that contains no other.
 
     Raises:
@@ -350,6 +371,8 @@ def _simple(spec: EllipseSpec | SuperellipseSpec | CircleSpec | LineSpec | Splin
         return circle_arc(spec.centre, spec.radius, *_angles(spec))
     if isinstance(spec, LineSpec):
         return LineSegment(spec.from_, spec.to)
+    if isinstance(spec, PolygonSpec):
+        return polygon(spec.points, spec.round, closed=spec.closed)
     points, closed = closing(np.reshape(np.array(spec.points, dtype=float), (-1, 2)), spec.closed)
     return Spline(points, closed=closed)
 

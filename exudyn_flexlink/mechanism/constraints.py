@@ -146,6 +146,7 @@ def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
         return speed_along(sense.slide, q, v) if sense.is_speed else length_along(sense.slide, q)
     if isinstance(sense, Apart):
         between = anchor_position(sense.second, q) - anchor_position(sense.first, q)
+        assert not sense.is_speed  # who asks for the rate of a spring has its force
         return np.asarray(np.hypot(between[..., 0], between[..., 1]))
     return np.asarray(anchor_position(sense.point, q)[..., sense.axis])
 

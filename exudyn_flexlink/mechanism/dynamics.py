@@ -293,7 +293,7 @@ def applied_forces(mechanism: Mechanism, q: FloatArray, v: FloatArray, time: flo
         angle = turning(spring.first, spring.second, q)
         rate = turning(spring.first, spring.second, v)
         if spring.law is not None:
-            _add_torque(forces, spring.first, spring.second, -float(spring.law.at(angle)))
+            _add_torque(forces, spring.first, spring.second, -float(spring.law.at(angle, rate)))
         torque = -spring.stiffness * (angle - (spring.rest_angle or 0.0)) - spring.damping * rate
         _add_torque(forces, spring.first, spring.second, float(torque))
     for linear in mechanism.linear_springs:
@@ -421,7 +421,7 @@ def spring_force(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArr
     stretched, rate, along = _stretched(spring, q, v)
     tension = spring.stiffness * stretched + spring.damping * rate
     if spring.law is not None:
-        tension = tension + spring.law.at(stretched + (spring.length or 0.0))
+        tension = tension + spring.law.at(stretched + (spring.length or 0.0), rate)
     return np.asarray(-tension[..., None] * along)
 
 
@@ -488,7 +488,8 @@ class EnergyMeter:
 
     def __init__(self, mechanism: Mechanism) -> None:
         parts, springs = mechanism.parts, mechanism.springs
-        self._linear, self._laws = mechanism.linear_springs, mechanism.spring_laws
+        self._linear = mechanism.linear_springs
+        self._laws = [(law, sense) for law, sense in mechanism.spring_laws if law.stores]
         self._mass = np.array([part.mass for part in parts])
         self._inertia = np.array([part.inertia_about_origin for part in parts])
         self._centre = np.array([part.centre for part in parts])

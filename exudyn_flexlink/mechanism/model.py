@@ -498,7 +498,7 @@ class RotarySpring:
     """Torsional spring and damper between two parts: N m/rad, N m s/rad.
 
     `rest_angle` (rad) is that of the second part relative to the first; None: as assembled. A
-    `law` adds a torque by the angle.
+    `law` adds a torque by the angle and its rate.
     """
 
     name: str
@@ -517,7 +517,7 @@ class LinearSpring:
     It acts along the line between them, without force at `length` (m); None: as assembled. One of
     length 0 draws the second anchor to the first in every direction, as does its damper. Along a
     `slide` it acts on how far that is out: then its length has a sign, and its anchors are those of
-    the slide. A `law` adds a force by the length.
+    the slide. A `law` adds a force by the length and its rate.
     """
 
     name: str
@@ -573,19 +573,22 @@ class Sliding:
 
 @dataclass(frozen=True)
 class Apart:
-    """Senses how far apart two anchors are, m."""
+    """Senses how far apart two anchors are, m, or how fast that grows, m/s."""
 
     first: Anchor
     second: Anchor
+    is_speed: bool
 
 
-Sense = Turning | Placed | Sliding | Apart
+Stretch = Turning | Sliding | Apart
+"""What a spring has: an angle or a length."""
+Sense = Stretch | Placed
 
 
 def _length_sense(spring: LinearSpring) -> Sliding | Apart:
     if spring.slide is not None:
         return Sliding(spring.slide, is_speed=False)
-    return Apart(spring.first, spring.second)
+    return Apart(spring.first, spring.second, is_speed=False)
 
 
 @dataclass(frozen=True)
@@ -693,9 +696,9 @@ class Mechanism:
         return (*self.springs, *self.linear_springs)
 
     @property
-    def spring_laws(self) -> list[tuple[SpringLaw, Sense]]:
-        """Springs by a table or a formula, and what it is of."""
-        laws: list[tuple[SpringLaw | None, Sense]] = [
+    def spring_laws(self) -> list[tuple[SpringLaw, Stretch]]:
+        """Springs by a table or a formula, and the length or angle of each."""
+        laws: list[tuple[SpringLaw | None, Stretch]] = [
             *((s.law, Turning(s.first, s.second, is_speed=False)) for s in self.springs),
             *((s.law, _length_sense(s)) for s in self.linear_springs),
         ]

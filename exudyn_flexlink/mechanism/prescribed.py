@@ -1,6 +1,7 @@
 """Values of drives by time and state, in one form for numbers, formulas and tables.
 
-Springs have forces by length, or torques by angle, by a table or a formula, with their energy.
+Springs have forces by length, or torques by angle, by a table or a formula, with their energy. A
+formula may be of the rate of that, too.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, chebyshev
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.expressions import Expression, NoValueError, resolved
+from exudyn_flexlink.expressions import RATE, Expression, NoValueError, resolved
 
 DEGREE = 16  # of the polynomials of an integral
 NODES = chebyshev.chebpts1(DEGREE + 1)
@@ -308,23 +309,30 @@ class PlaceTable(Applied):
 class SpringLaw:
     """A spring's force (N) by its length (m), or its torque (N m) by its angle (rad).
 
-    Positive: it draws both ends together, or turns the second part back. It stores nothing at
-    `start`.
+    Positive: it draws both ends together, or turns the second part back. A formula may be of the
+    `rate`, too (m/s or rad/s): then nothing counts as stored. Else it stores nothing at `start`.
     """
 
     applied: PlaceTable | Formula
     start: float = 0.0
 
-    def at(self, place: FloatArray) -> FloatArray:
-        """Forces at lengths, or torques at angles, of one shape."""
-        flat = np.ravel(np.asarray(place, dtype=float))
-        sensed = [flat] if self.senses else []
-        return self.applied.values(np.zeros(len(flat)), sensed).reshape(np.shape(place))
+    def at(self, place: FloatArray, rate: FloatArray) -> FloatArray:
+        """Forces at lengths, or torques at angles, and their rates, all of one shape."""
+        both = [np.ravel(np.asarray(x, dtype=float)) for x in (place, rate)]
+        sensed = [both[by_rate] for by_rate in self.by_rate]
+        return self.applied.values(np.zeros(len(both[0])), sensed).reshape(np.shape(place))
 
     @property
-    def senses(self) -> bool:
-        """Whether it is of the length or the angle, and no number."""
-        return isinstance(self.applied, PlaceTable) or bool(self.applied.expression.sensed)
+    def by_rate(self) -> tuple[bool, ...]:
+        """Of what it senses, in order: whether that is the rate, and not the length or angle."""
+        if isinstance(self.applied, PlaceTable):
+            return (False,)
+        return tuple(sensed.kind == RATE for sensed in self.applied.expression.sensed)
+
+    @property
+    def stores(self) -> bool:
+        """Whether its force is of the length or the angle alone, so that its work is stored."""
+        return not any(self.by_rate)
 
     def energy(self, place: FloatArray) -> FloatArray:
         """Energy stored (J) at lengths or angles, of one shape: the integral of the force."""

@@ -485,7 +485,8 @@ class OnCurves(_Searched[CurveContact]):
 
     def nearest(self, contact: CurveContact, seen: ComplexArray) -> FloatArray:
         """Parameters (...) of the curve next to points."""
-        return contact.curve.closest(vectors(seen))
+        search, points = contact.search, vectors(seen)
+        return search.parameters(points) if search.cornered else contact.curve.closest(points)
 
     def look(self, at: Poses) -> Look:
         """Look at the contacts."""

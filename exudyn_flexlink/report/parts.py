@@ -12,7 +12,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
-from exudyn_flexlink.curves import Curve, Spline
+from exudyn_flexlink.curves import CornerArc, Curve, Spline
 from exudyn_flexlink.laws import LineContact, PowerPenalty, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.linear import motion_text
 from exudyn_flexlink.loading import other_ways, rest_of_scene
@@ -243,6 +243,10 @@ def curve_lines(scene: Scene) -> list[str]:
         rows.append(["", "extent", f"x {x}, y {y}"])
         if bend > 0:
             rows.append(["", "smallest radius", f"{number(1 / bend)} m"])
+        corners = [piece for piece in curve.pieces if isinstance(piece, CornerArc)]
+        if corners:
+            radii = {number(corner.radius): None for corner in corners}
+            rows.append(["", f"{len(corners)} corners", f"radius {listed([*radii])} m"])
         if isinstance(curve, Spline):
             chords = np.linalg.norm(np.diff(curve.point(curve.cubics()[0]), axis=0), axis=1)
             between = f"{number(chords.min())} to {number(chords.max())} m apart"
@@ -277,7 +281,11 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     rough = [n for n, law in laws.items() if getattr(law, "friction", 0.0) > 0]
     rough += [friction.name for friction in mechanism.frictions]
     # The hinges of a link count as one, under the link's name.
-    damped = [s.name.split(" hinge ")[0] for s in mechanism.all_springs if s.damping > 0]
+    damped = [
+        s.name.split(" hinge ")[0]
+        for s in mechanism.all_springs
+        if s.damping > 0 or (s.law is not None and not s.law.stores)
+    ]
     damped += [n for n, stop in scene.stops.items() if getattr(stop.law, "damping", None)]
     damped += [n for n, rope in scene.ropes.items() if rope.damping]
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]

@@ -13,6 +13,8 @@ from exudyn_flexlink.scene.bodies import (
     LapsSpec,
     LineSpec,
     Material,
+    Piece,
+    PolygonSpec,
     RectangleSection,
     RigidBody,
     RodBody,
@@ -53,6 +55,7 @@ from exudyn_flexlink.scene.forces import (
     TorqueLaw,
     TorsionalSpring,
     Value,
+    without_rate,
 )
 from exudyn_flexlink.scene.joints import (
     BeltJoint,

@@ -123,7 +123,16 @@ class SplineSpec(_Carried):
     )
 
 
-Piece = EllipseSpec | SuperellipseSpec | CircleSpec | LineSpec | SplineSpec
+class PolygonSpec(_Carried):
+    """Straight sides from point to point, with an arc in place of every corner."""
+
+    type: Literal["polygon"] = "polygon"
+    points: tuple[Point, ...] = Field(min_length=3, description="corners [[x, y], ...], metres")
+    closed: Flag = Field(False, description="true: a side goes from the last point to the first")
+    round: PositiveLength = Field(description="radius of the arcs at all corners")
+
+
+Piece = EllipseSpec | SuperellipseSpec | CircleSpec | LineSpec | SplineSpec | PolygonSpec
 
 
 class JoinedSpec(_Carried):
@@ -132,6 +141,11 @@ class JoinedSpec(_Carried):
     type: Literal["joined"] = "joined"
     pieces: tuple[Annotated[CurveName | Piece, ByType()], ...] = Field(
         min_length=1, description="curves written here, or names of curves, in order"
+    )
+    round: PositiveLength | None = Field(
+        None,
+        description="radius of arcs at all corners, between lines and arcs of circles; left out: "
+        "pieces must meet without corners",
     )
 
 

@@ -1,6 +1,6 @@
 """Springs and drives, which act on joints and bodies, and their values that vary.
 
-Such a value is a number, an expression, or a table; by time, or by a spring's length.
+Such a value is a number, an expression, or a table; by time, or by a spring's length and its rate.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from exudyn_flexlink import quantities as si
 from exudyn_flexlink.expressions import (
+    RATE,
     Expression,
     ExpressionError,
     in_words,
@@ -198,11 +199,11 @@ def _branch(value: Any) -> str:
 
 
 def _parsed(
-    text: str, dimensions: Sequence[Dimension], where: str = ""
+    text: str, dimensions: Sequence[Dimension], words: Sequence[str] = ()
 ) -> tuple[Expression, Dimension]:
     """Read an expression, and tell which of the dimensions it has: the first if it is a number."""
     try:
-        formula = parse_expression(text, where)
+        formula = parse_expression(text, words)
     except ExpressionError as error:
         refuse(f"'{text}': {error.message}", error.hint or NEEDS_QUOTES * is_cut(text))
     fits = [
@@ -215,6 +216,12 @@ def _parsed(
         wanted = dimensions[0]
         refuse(f"expected {wanted.words}, got {in_words(formula.powers)}: '{text}'", wanted.hint)
     return formula, fits[0]
+
+
+def without_rate(formula: Expression) -> Expression:
+    """Return a spring's formula with 0 for its rate; as it is if the rate is not in it."""
+    words = [sensed.kind for sensed in formula.sensed]
+    return parse_expression(re.sub(rf"\b{RATE}\b", "0", formula.text), words)
 
 
 class Varying(_OrTable):
@@ -257,11 +264,12 @@ class Varying(_OrTable):
 
 
 class TableOrFormula(_OrTable):
-    """Annotation of a table, or of a formula in which a spring's `own` length or angle stands."""
+    """Annotation of a table, or of a formula of a spring's length or angle, and its rate."""
 
     def __init__(self, variable: str, table: type[_SpringTable], dimension: Dimension) -> None:
-        super().__init__(table, f"a table, or a formula of '{variable}'")
-        self._variable, self._dimension = variable, dimension
+        self._words, self._dimension = (variable, RATE), dimension
+        self._of = f"'{variable}' and '{RATE}'"
+        super().__init__(table, f"a table, or a formula of {self._of}")
 
     def read(self, value: object) -> Expression:
         """Read a formula; raise pydantic's error if it is none."""
@@ -271,13 +279,13 @@ class TableOrFormula(_OrTable):
             si.to_si(value, self._dimension)  # which refuses what is not finite
             value = repr(value)
         if not isinstance(value, str):
-            refuse(f"expected a table or a formula of '{self._variable}', got {si.in_words(value)}")
-        formula, _ = _parsed(value, [self._dimension], self._variable)
+            refuse(f"expected a table or a formula of {self._of}, got {si.in_words(value)}")
+        formula, _ = _parsed(value, [self._dimension], self._words)
         if any(sense.of for sense in formula.sensed) or any(
             x.text == "t" for x in tokens_of(value)
         ):
             hint = "a drive of type force or torque may be of time and state"
-            refuse(f"'{value}': may be of '{self._variable}' alone", hint)
+            refuse(f"'{value}': may be of {self._of} alone", hint)
         return formula
 
 
@@ -320,7 +328,7 @@ class TorsionalSpring(Part):
         Field(
             None,
             description="in place of a stiffness: a table of torques by angle, or a formula of "
-            "'angle'; positive: it turns the second body back, clockwise",
+            "'angle' and 'rate', its speed; positive: it turns the second body back, clockwise",
         )
     )
     damping: si.NonNegativeTorsionalDamping | None = Field(
@@ -378,7 +386,7 @@ class LinearSpring(Part):
         Field(
             None,
             description="in place of a stiffness: a table of forces by length, or a formula of "
-            "'length'; positive: it pulls both ends together",
+            "'length' and 'rate', how fast that grows; positive: it pulls both ends together",
         )
     )
     length: si.Coordinate | None = Field(

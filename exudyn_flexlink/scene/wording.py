@@ -39,7 +39,7 @@ OTHER_WORDS: dict[str, str] = {
     "slider piston cart crank coupler rocker",
     "flexible": "elastic flexible_body flexible_beam beam cable",
     "rectangle": "rect rectangular square box",
-    "round": "circle circular",
+    "round": "circle circular fillet fillet_radius corner_radius rounding",
     "general": "pipe tube hollow profile",
     # types of joints
     "revolute": "pin pinned pin_joint hinge hinged pivot rotational rotary rotation turning ball "
@@ -72,7 +72,8 @@ OTHER_WORDS: dict[str, str] = {
     "circle": "arc circular",
     "line": "segment straight edge face",
     "spline": "points csv interpolated polynomial",
-    "joined": "composite chain polyline path",
+    "joined": "composite chain path",
+    "polygon": "polyline polygonal zigzag square triangle ratchet corners",
     # keys of materials, bodies and sections
     "density": "rho",
     "youngs_modulus": "E young young_modulus elastic_modulus modulus",
@@ -86,7 +87,7 @@ OTHER_WORDS: dict[str, str] = {
     "mass": "m",
     "inertia": "J I Izz Jz mass_moment mass_moment_of_inertia moment_of_inertia moi",
     "centre_of_mass": "com cog cg center_of_mass centre_of_gravity center_of_gravity s",
-    "points": "markers nodes bodies between point1 point_a from of vertices data",
+    "points": "markers nodes bodies between point1 point_a from of vertices corners data",
     "rods": "n segments elements number_of_rods",
     "hinges": "springs stiffness damping",
     # keys of joints, springs, drives and contacts

@@ -1,4 +1,4 @@
-"""What may be added to any random mechanism: friction, stops, laws, ropes, tables, gears."""
+"""What may be added to random mechanisms: friction, stops, laws, springs, corners, gears."""
 
 from __future__ import annotations
 
@@ -36,6 +36,10 @@ def add_parts(rng: np.random.Generator, drawn: Drawn) -> None:
         law = torque if rng.random() < 0.5 else kinked
         spring = {"type": "torsional", "joint": drawn.crank, "torque": law}
         model.setdefault("springs", {})["coil"] = spring
+    if drawn.points and rng.random() < 0.3:
+        _damp_by_rate(rng, drawn)
+    curves = model.get("curves", {})
+    curves |= {name: _cornered(rng, curve) for name, curve in curves.items()}
 
 
 def _damped(rng: np.random.Generator, law: Model) -> Model:
@@ -89,6 +93,29 @@ def _hang(rng: np.random.Generator, drawn: Drawn) -> None:
         "damping": number(rng.choice([0, rng.uniform(0.1, 10)])),
     }
     drawn.model.setdefault("springs", {})["rope"] = spring
+
+
+def _cornered(rng: np.random.Generator, curve: Model) -> Model:
+    """Return a rectangle with rounded corners in place of half the curves of two half ellipses."""
+    if curve["type"] != "joined" or rng.random() < 0.5:
+        return curve
+    (right, height), (left, _) = (piece["semi_axes"] for piece in curve["pieces"])
+    points = [[right, -height], [right, height], [-left, height], [-left, -height]]
+    radius = number(min(height, (right + left) / 2) * rng.uniform(0.1, 0.9))
+    kept = {key: value for key, value in curve.items() if key not in {"type", "pieces"}}
+    return {**kept, "type": "polygon", "points": points, "closed": True, "round": radius}
+
+
+def _damp_by_rate(rng: np.random.Generator, drawn: Drawn) -> None:
+    """Hold a point by a damper with two coefficients, with a spring or without."""
+    stiffness, out, back = (spread(rng, low, 100 * low) for low in (5, 0.1, 0.1))
+    spring = f"{stiffness} N/m * (length - 0.3 m) + " if rng.random() < 0.5 else ""
+    drawn.model.setdefault("springs", {})["shock"] = {
+        "type": "linear",
+        "points": ["ground", str(rng.choice(drawn.points))],
+        "at": [within(rng, -0.4, 0.4), within(rng, 0.3, 0.6)],
+        "force": f"{spring}{out} N s/m * max(0, rate) + {back} N s/m * min(0, rate)",
+    }
 
 
 def _gear(rng: np.random.Generator, drawn: Drawn) -> None:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from cmath import rect
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -228,7 +229,7 @@ class _Length:
     ) -> None:
         ends, slide = (sense, None) if isinstance(sense, Apart) else (sense.slide, sense.slide)
         self._ends = Stretches(layout, kinematics, [(ends.first, ends.second, slide)])
-        self._is_speed = isinstance(sense, Sliding) and sense.is_speed
+        self._is_speed = sense.is_speed
 
     def value(self, now: Now) -> FloatArray:
         if self._is_speed:
@@ -348,24 +349,26 @@ class Loads:
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
         self._kinematics = kinematics
-        self._drives: list[_Along | _Force] = []
+        # Springs store what they take, but those by a formula of the rate: they are as drives.
+        self._supplying, self._storing = list[_Along | _Force](), list[_Along | _Force]()
         for motor in mechanism.torque_motors:
             angle = Turning(motor.first, motor.second, is_speed=False)
             size = LoadSize(layout, kinematics, motor.size)
-            self._drives.append(_Along(size, _sensor(layout, kinematics, angle)))
-        self._drives += [_Force(layout, kinematics, force) for force in mechanism.forces]
-        self._springs = []
+            self._supplying.append(_Along(size, _sensor(layout, kinematics, angle)))
+        self._supplying += [_Force(layout, kinematics, force) for force in mechanism.forces]
         for law, sense in mechanism.spring_laws:
-            senses = (sense,) if law.senses else ()
+            senses = tuple(replace(sense, is_speed=by_rate) for by_rate in law.by_rate)
             size = LoadSize(layout, kinematics, Size(law.applied, senses))
-            self._springs.append(_Along(size, _sensor(layout, kinematics, sense), way=-1.0))
-        self._all = [*self._drives, *self._springs]
+            spring = _Along(size, _sensor(layout, kinematics, sense), way=-1.0)
+            (self._storing if law.stores else self._supplying).append(spring)
+        self._all = [*self._supplying, *self._storing]
         sizes = [size for load in self._all for size in load.sizes]
         self.any = bool(self._all)
-        self.drives_by_formula = any(size.formula for load in self._drives for size in load.sizes)
+        supplying = (size for load in self._supplying for size in load.sizes)
+        self.supplied_by_formula = any(size.formula for size in supplying)
         self.of_state = [size.formula for size in sizes if size.formula and size.senses]
         self.bent = [size for size in sizes if size.kinks]
-        self.stiff = bool(mechanism.forces or self._springs) or any(
+        self.stiff = bool(mechanism.forces or mechanism.spring_laws) or any(
             load_size.senses for load_size in sizes
         )
 
@@ -381,13 +384,13 @@ class Loads:
     def push_and_supply(
         self, t: FloatArray, x: FloatArray, v: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """As `push`, and the power (n,), W, of all but springs, which store what they take."""
+        """As `push`, and the power (n,), W, of all but springs that store what they take."""
         now = self.now(t, x, v)
-        of_drives, of_springs = np.zeros((2, *x.shape))
-        for onto, loads in ((of_drives, self._drives), (of_springs, self._springs)):
+        supplying, storing = np.zeros((2, *x.shape))
+        for onto, loads in ((supplying, self._supplying), (storing, self._storing)):
             for size, unit in (load_unit for load in loads for load_unit in load.units(now)):
                 onto[:] += size.value(now)[:, None] * unit
-        return of_drives + of_springs, (of_drives * v).sum(axis=1)
+        return supplying + storing, (supplying * v).sum(axis=1)
 
     def formulas(self, now: Now) -> list[Given]:
         """Every torque and component of a force that a formula gives."""

@@ -42,6 +42,8 @@ from exudyn_flexlink.mechanism import pressed_among
 # rad per step of every link, be it as evenly as it may: what turns evenly makes no error that would
 # limit a step, and the polynomials on which extremes are looked for are off by 1e-12 of a radius.
 LARGEST_TURN = 1.0
+# Of a rigid contact's largest reaction in the last step: one that is so little below zero is zero.
+PULLS = 1e-6
 GIVE_WAY = "a law with stiffness"
 NO_HELD_SPEED = ", or a torque in place of a drive that holds a speed"
 
@@ -74,6 +76,7 @@ class MinimalProblem:
     _states: _StepStates | None = None  # the last step looked at
     _first: float = inf  # s: limit of the first step after a contact has closed
     _jumped: bool = False  # a contact's force, or speeds, where the last step ended
+    _pushes: FloatArray | None = None  # of contacts at the stages of the last step
 
     def __post_init__(self) -> None:
         contacts, assembly = self.model.contacts, self.model.assembly
@@ -131,11 +134,24 @@ class MinimalProblem:
         self.finder.frictions.settle(time, q, v)
         self._jumped |= bool(np.any(self.model.frictions.way != ways))  # as a drive stops, too
         at = self.model.evaluate(time, q, v)
+        pulled = self._pulled(at)
+        if pulled is not None:
+            self.strike(time, pulled, pulled)
+            return self.restart(time)
         self.model.look(at.kept.state.x, at.kept.state.transform)
         if self._jumped:
             self._jumped = False
             self.recorder.keep(at)
         return at, State(q, v, at.accelerations)
+
+    def _pulled(self, at: Evaluation) -> int | None:
+        """Rigid contact whose reaction has jumped below zero, as a force or a curvature jumps."""
+        closed = self.model.rigid.closed()
+        if self._pushes is None or not closed:
+            return None
+        pressed = self._pushes[:, closed, 0].max(axis=0)
+        pulls = np.where(pressed > 0, at.kept.pushes[closed, 0] + PULLS * pressed, 0.0)
+        return closed[int(pulls.argmin())] if pulls.min() < 0 else None
 
     def position_per_speed_error(self, at: Evaluation) -> FloatArray:
         """Matrix (n, n), s, from errors of speeds to those of places: see `slow_motions`.
@@ -175,6 +191,7 @@ class MinimalProblem:
         self.model.look(end.x, end.transform)
         self.finder.accept(end)
         self.recorder.take(step, states)
+        self._pushes = step.stages.kept.pushes
         gaps, pressed = self.finder.seen.gap, self.model.touches.pressed
         if (broken := self.model.contacts.broken(gaps, pressed)) is not None:
             self.stop_reason, self.stop_advice = broken_wall(broken), BROKEN_WALL_ADVICE
@@ -260,8 +277,11 @@ class MinimalProblem:
             self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
             self.stop_advice = "lengthen the curve, or end the run before"
 
-    def strike(self, time: float, k: int) -> None:
-        """Let a contact by impulse bounce, begin or end, and what follows of that."""
+    def strike(self, time: float, k: int, pulled: int | None = None) -> None:
+        """Let a contact by impulse bounce, begin or end, and what follows of that.
+
+        It ends if its reaction has jumped below zero, as that of a contact `pulled`.
+        """
         self.keep(leaps=True)
         try:
             self.impacts.change(time, k)
@@ -273,7 +293,9 @@ class MinimalProblem:
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         for other in self.model.rigid.all:  # one impact may begin or end others
-            self.model.contacts.follow(other, self.finder.x, presses=self.finder.presses(other))
+            # What lets go where a curvature jumps stays on the piece that begins there for a step.
+            presses = self.finder.presses(other) or other == pulled
+            self.model.contacts.follow(other, self.finder.x, presses=presses)
 
     def change(self, time: float, k: int, what: Change, touch: Touch) -> None:
         """Let a contact begin or end where it is."""

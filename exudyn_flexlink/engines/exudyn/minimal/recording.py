@@ -115,9 +115,9 @@ class TreeRecorder(BlockRecorder):
         self._waiting.append(_Waiting(step, t, len(samples), self._edges(step, samples), states))
         self._pass(step.end)
         instants = sum(len(wait.t) for wait in self._waiting)
-        # A drive by a formula without a value ends the run where it has none.
+        # A formula of what supplies energy ends the run where it has no value.
         long = len(self._waiting) >= AT_ONCE or instants > MOST_INSTANTS
-        if self.model.loads.drives_by_formula or long:
+        if self.model.loads.supplied_by_formula or long:
             self.work_off()
 
     def work_off(self) -> None:
