@@ -161,6 +161,8 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
     """Paths of what this engine does not know in a scene, and a message for each."""
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
+    for groove in mechanism.grooves:
+        yield ("joints", groove.name, "clearance"), "no slots with play"
     for stop in scene.stops.values():
         yield stop.path, "no stops of joints"
     for kind, lacks in (
