@@ -57,9 +57,9 @@ def _ideal(joint: specs.Joint) -> specs.Joint:
     played = (specs.SleeveJoint, specs.RevoluteJoint, specs.SlotJoint)
     if not isinstance(joint, played) or joint.clearance == 0:
         return joint
-    radius = {"radius": type(joint).model_fields["radius"].default}
-    of_pin = {} if isinstance(joint, specs.SleeveJoint) else radius
-    return joint.model_copy(update={"clearance": 0.0, "law": None} | of_pin)
+    round_part = type(joint).model_fields.get("radius")  # of a journal, or of a pin
+    radius = {} if round_part is None else {"radius": round_part.default}
+    return joint.model_copy(update={"clearance": 0.0, "law": None} | radius)
 
 
 def _rigid(body: specs.Body) -> specs.Body:

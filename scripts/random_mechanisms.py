@@ -8,7 +8,8 @@ Usage:
 
 Draws linkages, chains, points in slots, falling bodies, cams, journals with play and flexible
 links, with drives, springs, walls and friction (see `drawing`). With `--parts` joints rub and have
-stops, contacts have other laws, and ropes, tables of forces and gears are added. Each is run in
+stops, slots have play, contacts have other laws, and ropes, tables of forces and gears are added.
+Each is run in
 minimal coordinates at 1e-6 m and held, in all named points and at all common instants, against a
 run at a thousandth of that. This one has other steps and events, and errors of its own: where it
 differs from a third, at a hundredth, by more than half the tolerance, or ends sooner than the

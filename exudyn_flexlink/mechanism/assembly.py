@@ -37,7 +37,6 @@ from exudyn_flexlink.mechanism.model import (
     Pin,
     RotarySpring,
     Slide,
-    Slot,
 )
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.scene import (
@@ -180,15 +179,10 @@ def _concentric(mechanism: Mechanism) -> tuple[Pin, ...]:
     return tuple(Pin(bearing.name, bearing.first, bearing.second) for bearing in mechanism.bearings)
 
 
-def _in_the_middle(mechanism: Mechanism) -> tuple[Slot, ...]:
-    """Slots as if none had play: those without, then the others."""
-    return (*mechanism.slots, *(groove.slot for groove in mechanism.grooves))
-
-
 def _places(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
     """Coordinates and slot places with journals and pins in the middle of their play, or near."""
     pins, played = _concentric(mechanism), [groove.slot for groove in mechanism.grooves]
-    ideal = replace(mechanism, pins=mechanism.pins + pins, slots=_in_the_middle(mechanism))
+    ideal = replace(mechanism, pins=mechanism.pins + pins, slots=mechanism.all_slots)
     try:
         q, places = positions(ideal, start)
         return q, places[: len(mechanism.slots)]
@@ -206,7 +200,7 @@ def _speeds(mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Star
     pinned = replace(
         mechanism,
         pins=mechanism.pins + _concentric(mechanism),
-        slots=_in_the_middle(mechanism),
+        slots=mechanism.all_slots,
         grooves=(),
     )
     played = [place_in(groove.slot, groove.lap, q) for groove in mechanism.grooves]
@@ -249,9 +243,8 @@ def _with_speeds(
     mechanism: Mechanism, joints: Constraints, q: FloatArray, places: FloatArray, start: Start
 ) -> tuple[Constraints, list[tuple[float, CannotMoveError]]]:
     """Add a row for each speed given; of these and of the motors, the speed and its error."""
-    free = [groove.slot for groove in mechanism.grooves]
-    places = np.append(places, [place_in(slot, 1, q) for slot in free])
-    every = (*mechanism.slots, *free)
+    every = mechanism.all_slots
+    places = np.append(places, [place_in(slot, 1, q) for slot in every[len(places) :]])
     slotted = [k for k, slot in enumerate(every) if slot.name in start.speeds_along]
     slots = [every[k] for k in slotted]
     in_slots = [slot.name for slot in slots]

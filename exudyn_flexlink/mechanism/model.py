@@ -711,6 +711,11 @@ class Mechanism:
         return (*self.pins, *self.bearings)
 
     @property
+    def all_slots(self) -> tuple[Slot, ...]:
+        """Slots, those with play as if they had none at the end."""
+        return (*self.slots, *(groove.slot for groove in self.grooves))
+
+    @property
     def attachments(self) -> tuple[Pin | Weld, ...]:
         """Pins and welds, in the order of their constraints."""
         return (*self.pins, *self.welds)

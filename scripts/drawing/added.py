@@ -1,10 +1,10 @@
-"""What may be added to any random mechanism: friction, stops, laws, ropes, tables, gears."""
+"""What may be added to any random mechanism: friction, stops, laws, ropes, tables, gears, play."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from drawing.parts import Drawn, Model, number, spread, within
+from drawing.parts import Drawn, Model, law, number, spread, within
 
 LAWS = ("hunt_crossley", "lankarani_nikravesh", "flores", "gonthier", "exact")
 DEPTH = 1e-4  # m: here a law by a power presses as the linear one that it stands for
@@ -33,24 +33,29 @@ def add_parts(rng: np.random.Generator, drawn: Drawn) -> None:
     if drawn.crank and rng.random() < 0.3:
         torque = f"{-spread(rng, 0.05, 2)} N m * sin(angle)"
         kinked = {"points": [[-20, -1.0], [0, 0], [0.5, 0.3], [20, 2.0]], "rule": "linear"}
-        law = torque if rng.random() < 0.5 else kinked
-        spring = {"type": "torsional", "joint": drawn.crank, "torque": law}
+        by_angle = torque if rng.random() < 0.5 else kinked
+        spring = {"type": "torsional", "joint": drawn.crank, "torque": by_angle}
         model.setdefault("springs", {})["coil"] = spring
+    rubs = any("friction" in joint for joint in model.get("joints", {}).values())
+    for joint in model.get("joints", {}).values():
+        if joint["type"] == "slot" and rng.random() < 0.6:
+            walls = {"law": law(rng, rigid=False)} if rubs else {"law": law(rng)}
+            joint |= {"clearance": spread(rng, 5e-5, 1e-3), "radius": 0.002, **walls}
 
 
-def _damped(rng: np.random.Generator, law: Model) -> Model:
+def _damped(rng: np.random.Generator, linear: Model) -> Model:
     """Return another law in place of half the linear ones; impulses may rub."""
-    if law.get("type") == "impulse":
+    if linear.get("type") == "impulse":
         rubs = {"friction": within(rng, 0.05, 0.5)} if rng.random() < 0.4 else {}
-        return {**law, **rubs}
+        return {**linear, **rubs}
     if rng.random() < 0.5:
-        return law
+        return linear
     kind = str(rng.choice(LAWS))
-    stiffness = number(law["stiffness"] / np.sqrt(DEPTH))
-    returned = max(law["restitution"], 0.05)
+    stiffness = number(linear["stiffness"] / np.sqrt(DEPTH))
+    returned = max(linear["restitution"], 0.05)
     if kind in {"flores", "gonthier", "exact"}:
         returned = min(max(returned, 0.1), 1.0)
-    kept = {"friction": law["friction"]} if "friction" in law else {}
+    kept = {"friction": linear["friction"]} if "friction" in linear else {}
     return {"type": kind, "stiffness": stiffness, "restitution": returned, **kept}
 
 
@@ -69,12 +74,12 @@ def _stop(rng: np.random.Generator, joint: Model) -> None:
     """Let a crank turn by two turns at most, either way, from wherever it starts."""
     if joint["type"] != "revolute":
         return
-    law = {"stiffness": spread(rng, 100, 1e4)}
+    at_stop = {"stiffness": spread(rng, 100, 1e4)}
     if rng.random() < 0.5:
-        law["damping"] = number(rng.choice([0, 1e-3 * law["stiffness"]]))
+        at_stop["damping"] = number(rng.choice([0, 1e-3 * at_stop["stiffness"]]))
     else:
-        law |= {"restitution": within(rng, 0, 1), "transition_speed": 0.01}
-    joint["limits"] = {"from": -6.5, "to": 6.5, "law": law}
+        at_stop |= {"restitution": within(rng, 0, 1), "transition_speed": 0.01}
+    joint["limits"] = {"from": -6.5, "to": 6.5, "law": at_stop}
 
 
 def _hang(rng: np.random.Generator, drawn: Drawn) -> None:
