@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import is_dataclass, replace
 from math import inf, pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,9 +21,11 @@ from exudyn_flexlink.loading import assemble_scene, put_together
 from exudyn_flexlink.mechanism import (
     CLOSED,
     Assembly,
+    Slot,
     build_mechanism,
     closest,
     motor_place,
+    place_in,
     slot_point,
 )
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
@@ -67,11 +69,7 @@ def _going_on(result: Result, k: int) -> Scene:
     time = float(result.time[k])
     assembly = assemble_scene(result.scene)
     state, bodies = state_at(result, time), assembly.mechanism.bodies
-    laps = {
-        slot.name: _PointOnLaps(result, assembly, number, k).lap()
-        for number, slot in enumerate(assembly.mechanism.slots)
-        if isinstance(slot.curve, Laps)
-    }
+    laps = {on.slot.name: _PointOnLaps(result, on, k).lap() for on in _on_laps(assembly)}
     initial = Initial(
         states=FrozenMapping({body: _rows(state[list(parts)]) for body, parts in bodies.items()}),
         laps=FrozenMapping(laps),
@@ -95,10 +93,12 @@ def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, fl
     time, assembly = float(result.time[k]), put_together(_going_on(result, k))
     mechanism, touching = assembly.mechanism, dict[int, float]()
     numbers = {contact.name: number for number, contact in enumerate(mechanism.touching)}
-    count = len(numbers)
+    count = len(mechanism.touching)
     for channel in mechanism.channels:
         numbers[channel.name] = count
         count += len(channel.contacts)
+    firsts = zip(mechanism.grooves, mechanism.first_walls, strict=True)
+    numbers |= {groove.name: first for groove, first in firsts}
     for name, touches in result.intervals.items():
         for touch in touches.where((touches.begin <= time) & (time < touches.end)):
             touching[numbers[name] + touch.pair] = touch.approach_speed
@@ -133,17 +133,31 @@ def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
 
     A point just before the begin of a lap is at the end of the lap before.
     """
-    laps, state = {}, assembly.state
-    slots = zip(assembly.mechanism.slots, state.places.tolist(), state.laps, strict=True)
-    for slot, place, lap in slots:
-        if not isinstance(slot.curve, Laps):
-            continue
+    laps = {}
+    for slot, place, lap in _on_laps(assembly):
         begin, end = ends_of_lap(slot.curve, lap)
         rounding = CLOSED / float(np.linalg.norm(slot.curve.derivative(begin)))
         nearest = slot.curve.nearest(slot_point(slot, q), near=place)
         way = int(nearest >= end - rounding) - int(nearest < begin - rounding)
         laps[slot.name] = next_lap(lap, way) if way else lap
     return laps
+
+
+class _OnLaps(NamedTuple):
+    """A slot on a curve with laps, the place of its point on that, and the lap, at time 0."""
+
+    slot: Slot
+    place: float
+    lap: int
+
+
+def _on_laps(assembly: Assembly) -> list[_OnLaps]:
+    """Slots on curves with laps, with play or without."""
+    mechanism, state = assembly.mechanism, assembly.state
+    slots = zip(mechanism.slots, state.places.tolist(), state.laps, strict=True)
+    played = [(groove.slot, groove.lap) for groove in mechanism.grooves]
+    middles = ((slot, place_in(slot, lap, state.q), lap) for slot, lap in played)
+    return [_OnLaps(*on) for on in (*slots, *middles) if isinstance(on[0].curve, Laps)]
 
 
 def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
@@ -199,16 +213,16 @@ class _PointOnLaps:
     the seam or ahead of it, and else in the one before.
     """
 
-    def __init__(self, result: Result, assembly: Assembly, number: int, k: int) -> None:
-        self.slot = assembly.mechanism.slots[number]
+    def __init__(self, result: Result, at: _OnLaps, k: int) -> None:
+        self.slot = at.slot
         self._time, self._poses, self._rates = (
             of[: k + 1] for of in (result.time, result.poses, result.rates)
         )
-        self._place = float(assembly.state.places[number])
+        self._place = at.place
         laps = (lap for lap in result.laps if lap.name == self.slot.name)
         self._passes = [lap for lap in laps if lap.time <= self._time[-1]]
         later = (int(lap.details["lap"]) for lap in self._passes)
-        self._laps = [assembly.state.laps[number], *later]
+        self._laps = [at.lap, *later]
 
     def lap(self) -> int:
         ahead, off = self._from_seam(self._poses[-1])

@@ -16,8 +16,8 @@ IMPACTS = ("penalty", "impulse")
 def idealise(scene: Scene, without: Iterable[str]) -> Scene:
     """Return the scene without some of its effects; what it does not have stays away.
 
-    - ``clearance``: sleeves and revolute joints are ideal: the link slides on its guide's axis, the
-      journal stays in the middle of its bearing.
+    - ``clearance``: sleeves, revolute joints and slots are ideal: the link slides on its guide's
+      axis, the journal stays in the middle of its bearing, the pin on its curve.
     - ``flexibility``: flexible bodies are rigid rods of the same length, mass and section.
     - ``impact``: contacts and limits of joints go, and the bodies that are there only to be struck,
       with their joints, springs and initial values. Walls and bearings stay: they go with the
@@ -55,10 +55,12 @@ def _changed(parts: Mapping[str, Any], change: Callable[[Any], Any]) -> dict[str
 
 
 def _ideal(joint: specs.Joint) -> specs.Joint:
-    if not isinstance(joint, (specs.SleeveJoint, specs.RevoluteJoint)) or joint.clearance == 0:
+    played = (specs.SleeveJoint, specs.RevoluteJoint, specs.SlotJoint)
+    if not isinstance(joint, played) or joint.clearance == 0:
         return joint
-    of_journal = {"radius": None} if isinstance(joint, specs.RevoluteJoint) else {}
-    return joint.model_copy(update={"clearance": 0.0, "law": None} | of_journal)
+    round_part = type(joint).model_fields.get("radius")  # of a journal, or of a pin
+    radius = {} if round_part is None else {"radius": round_part.default}
+    return joint.model_copy(update={"clearance": 0.0, "law": None} | radius)
 
 
 def _rigid(body: specs.Body) -> specs.Body:

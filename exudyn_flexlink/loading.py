@@ -300,7 +300,7 @@ def moving_drives(assembly: Assembly) -> list[Mistake]:
 
 
 def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
-    """Contacts and bearings that start pressed: a start that no step size can mend.
+    """Contacts, bearings and slots that start pressed: a start that no step size can mend.
 
     What starts `resting` may press; tables of forces still end.
     """
@@ -327,6 +327,13 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
             message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", bearing.name), message, hint))
+    for groove in assembly.mechanism.grooves:
+        walls = [groove.contacts[k] for k in groove.walls(groove.lap)]
+        depth = max(-float(approach(wall, state.q, state.v).gap) for wall in walls)
+        if depth > TOUCHING and not resting:
+            message = f"the pin starts {depth:.3g} m inside a wall of its slot"
+            hint = "check lengths and 'initial', or widen the clearance"
+            notes.append(Mistake(("joints", groove.name), message, hint))
     return notes
 
 

@@ -188,6 +188,13 @@ ITEMS = (
     measured("published_exponents", "stability", "15 min"),
     measured("clearance_statements", "paper", "10 min"),
     Item(
+        "slot_play",
+        "3 min",
+        (script("slot_play", "--out", OUT),),
+        {"slot_play.png": "slot_play.png"},
+        page="paper.md",
+    ),
+    Item(
         "closing_clearance",
         "5 min",
         (script("closing_clearance", "--out", OUT),),

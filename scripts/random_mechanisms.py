@@ -8,15 +8,15 @@ Usage:
 
 Draws linkages, chains, points in slots, falling bodies, cams, journals with play and flexible
 links, with drives, springs, walls and friction (see `drawing`). With `--parts` joints rub and have
-stops, contacts have other laws, and ropes, tables and formulas of springs, rounded corners and
-gears are added. Each is run in minimal coordinates at 1e-6 m and held, in all named points and at
-all common instants, against a run at a thousandth of that. This one has other steps and events, and
-errors of its own: where it differs from a third, at a hundredth, by more than half the tolerance,
-or ends sooner than the first, there is nothing to judge by. The equations are the same: those are
-what the second engine and closed forms of `verify` are for. Off by more than the tolerance is told
-if a warning speaks of errors, of the tolerance or of energy; else it is silent. Mechanisms that
-take more processor time than `--patience` are left out. The exit code is 1 if one is silently
-wrong, or a run crashes.
+stops, slots have play, contacts have other laws, and ropes, tables and formulas of springs, rounded
+corners and gears are added. Each is run in minimal coordinates at 1e-6 m and held, in all named
+points and at all common instants, against a run at a thousandth of that. This one has other steps
+and events, and errors of its own: where it differs from a third, at a hundredth, by more than half
+the tolerance, or ends sooner than the first, there is nothing to judge by. The equations are the
+same: those are what the second engine and closed forms of `verify` are for. Off by more than the
+tolerance is told if a warning speaks of errors, of the tolerance or of energy; else it is silent.
+Mechanisms that take more processor time than `--patience` are left out. The exit code is 1 if one
+is silently wrong, or a run crashes.
 """
 
 from __future__ import annotations

@@ -139,4 +139,4 @@ def impulses(result, name):
 def tree_contacts(mechanism):
     """Contacts of a mechanism, as its tree carries them."""
     layout = tree_layout(mechanism)
-    return TreeContacts(layout, LinkKinematics(layout), mechanism)
+    return TreeContacts(layout, LinkKinematics(layout), mechanism, [])

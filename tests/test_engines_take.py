@@ -127,6 +127,7 @@ CHANGES = {
         "joints.bead={type: slot, point: other.e, curve: edge}",
         FREE,
     ],
+    "`slot` with `clearance`": ["joints.pin.clearance=0.2 mm", f"joints.pin.{SETLAW}"],
     "`torsional`": [],
     "`linear`": [*PINNED, f"{PULL}stiffness: 100}}"],
     "`linear` with `acts`": [*PINNED, f"{PULL}stiffness: 100, acts: tension, length: 0.2}}"],

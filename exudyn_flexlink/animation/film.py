@@ -216,7 +216,7 @@ class Take:
     def named(self) -> dict[str, Anchor]:
         """Points that the paper names; the origin only where the paper's slot is."""
         anchors = named_points(self.result.scene, self.model)
-        return {name: at for name, at in anchors.items() if name != "O" or self.model.slots}
+        return {name: at for name, at in anchors.items() if name != "O" or self.model.all_slots}
 
     def points(self, begin: float, end: float) -> list[FloatArray]:
         """Points (..., 2) m of all that is drawn between two instants."""
@@ -308,10 +308,10 @@ class Touching:
 
 
 def touching_of(film: Film, take: Take) -> list[Touching]:
-    """All that can touch in a take: contacts of the scene, bearings, guides with clearance."""
+    """All that can touch in a take: contacts of the scene, and joints with clearance."""
     result, model = take.result, take.model
     all_touching = []
-    for contact in model.touching:
+    for contact in (*model.contacts, *model.bearings):
         histories = result.contacts if contact.name in result.contacts else result.bearings
         history = histories[contact.name]
         inside = _within(history.touches, film)
@@ -319,6 +319,13 @@ def touching_of(film: Film, take: Take) -> list[Touching]:
         all_touching.append(
             Touching(contact.name, inside, contact, None, history.force[:, None], unit)
         )
+    for groove in model.grooves:
+        walls = result.sleeves[groove.name]
+        for k, wall in enumerate(groove.contacts):
+            inside = _within(walls.touches.where(walls.touches.pair == k), film)
+            all_touching.append(
+                Touching(groove.name, inside, wall, None, walls.force[:, k : k + 1])
+            )
     for channel in walled(model):
         sleeve = result.sleeves[channel.name]
         places = through(channel.name, *(pair.point for pair in channel.contacts))

@@ -118,6 +118,7 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
     values = (poses * scales).reshape(len(times), -1)
     plays = [channel.clearance for channel in walled(take.model)]
     plays += [bearing.distance for bearing in take.model.bearings]
+    plays += [groove.clearance for groove in take.model.grooves]
     allowed = min([PRECISE * film.size, *(OF_CLEARANCE * play for play in plays)])
     parts = _parts_allowed(film, take, times)
     most = max(2, MOST // max(values.shape[1], 1) // len(film.takes))

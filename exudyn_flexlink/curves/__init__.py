@@ -20,6 +20,7 @@ from exudyn_flexlink.curves.pieces import (
     Superellipse,
     circle_arc,
     closing,
+    curves_of_laps,
     ends_of_lap,
     next_lap,
     next_piece,

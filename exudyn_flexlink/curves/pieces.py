@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -303,6 +303,13 @@ def _pieces_of_lap(curve: Curve, lap: int) -> tuple[int, int]:
         return 0, len(curve.pieces) - 1
     number = (abs(lap) - 1) % len(curve.curves)
     return curve.firsts[number], curve.firsts[number + 1] - 1
+
+
+def curves_of_laps(curve: Curve) -> tuple[Curve, ...]:
+    """Closed curves of the laps, in turn, each from where the laps meet; of others themselves."""
+    if not isinstance(curve, Laps):
+        return (curve,)
+    return tuple(Joined(curve.pieces[first:last]) for first, last in pairwise(curve.firsts))
 
 
 def _check_closed(curve: Curve, index: int) -> None:

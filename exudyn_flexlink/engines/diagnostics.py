@@ -37,7 +37,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import crank_angle, crank_joint, deepest
 from exudyn_flexlink.result import INTERRUPTED, Intervals, Outcome, Result
-from exudyn_flexlink.scene import ImpulseLaw, RevoluteJoint, SleeveJoint
+from exudyn_flexlink.scene import ImpulseLaw, RevoluteJoint, SleeveJoint, SlotJoint
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
 LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
@@ -279,7 +279,7 @@ def few_samples(result: Result) -> Iterator[str]:
 
 
 SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
-OUTSIDE = 1e-9  # of a guide's length: less is rounding
+OUTSIDE = 1e-9  # of the length of a guide, or of a slot: less is rounding
 HARDLY_USED = 1 / 300  # of it: of lengths in metres for millimetres a thousandth is usual
 RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
@@ -302,13 +302,18 @@ def coarse_for_clearance(result: Result) -> Iterator[str]:
 
 
 def soft_walls(result: Result) -> Iterator[str]:
-    """Warn of walls and bearings into which something sinks deep beside their clearance."""
+    """Warn of walls and bearings into which something sinks deep beside its clearance."""
     for name, clearance in _clearances(result).items():
         depth = deepest(result, name)
         if depth <= SOFT * clearance or clearance == 0:
             continue
         deep = f"by {depth:.3g} m, {depth / clearance:.2g} of the clearance"
-        if name in result.bearings:
+        if isinstance(result.scene.joints[name], SlotJoint):
+            yield (
+                f"the walls of '{name}' give way {deep}: where the pin runs depends on their "
+                "stiffness there; raise the stiffness of the slot's law"
+            )
+        elif name in result.bearings:
             yield (
                 f"the bearing of '{name}' gives way {deep}: where the journal runs depends on its "
                 "stiffness there; raise the stiffness of the joint's law"
@@ -335,6 +340,20 @@ def out_of_guides(result: Result) -> Iterator[str]:
             )
 
 
+def out_of_slots(result: Result) -> Iterator[str]:
+    """Say which pins leave slots with play at open ends."""
+    for groove in build_mechanism(result.scene).grooves:
+        wall = groove.contacts[0]
+        place = approach(wall, result.poses, result.rates).place
+        away = np.maximum(-place, place - wall.length)
+        if len(away) and away.max() > OUTSIDE * groove.slot.curve.size:
+            first = int(np.argmax(away > OUTSIDE * groove.slot.curve.size))
+            yield (
+                f"the pin of '{groove.name}' leaves its slot at t = {result.time[first]:.4g} s, at "
+                f"an open end, and is up to {away.max():.2g} m away: nothing holds it there"
+            )
+
+
 def broken_wall(channel: Channel) -> str:
     """Why a run stopped."""
     return f"the link broke through a wall of '{channel.name}'"
@@ -343,7 +362,7 @@ def broken_wall(channel: Channel) -> str:
 def _clearances(result: Result) -> dict[str, float]:
     """Clearance (m) of every joint of the scene that may have one."""
     joints = result.scene.joints.items()
-    kinds = (SleeveJoint, RevoluteJoint)
+    kinds = (SleeveJoint, RevoluteJoint, SlotJoint)
     return {name: joint.clearance for name, joint in joints if isinstance(joint, kinds)}
 
 
@@ -453,6 +472,7 @@ def diagnosed(result: Result) -> Result:
         *coarse_for_clearance(result),
         *soft_walls(result),
         *out_of_guides(result),
+        *out_of_slots(result),
         *coarse_tolerance(result.scene, assembly),
         *doubts(result),
         *many_iterations(result),

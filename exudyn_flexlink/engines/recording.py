@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.touching import ExtremeSeeker, Touches
 from exudyn_flexlink.mechanism import (
+    Channel,
     Contact,
     ContactShapes,
     EnergyMeter,
+    Groove,
     Mechanism,
     approach,
     joint_residuals,
@@ -88,11 +90,13 @@ class Histories:
     ) -> Result:
         """Return the Result, but for versions and timings; `more` are fields that an engine knows.
 
+        Among them are `slot_forces`, of slots without play.
         `gears` are multipliers (samples,) by name, `frictions` (samples, joints) whether a joint
         rests and its torque. A lap that begins as the run ends is none.
         """
         poses, rates, mechanism, recorder = self.poses, self.rates, self.mechanism, self.recorder
         energies = recorder.energies(self.kept, poses, rates)
+        more["slot_forces"] = {**more["slot_forces"], **self._groove_forces()}
         toothed = [(gear, gears[gear.name]) for gear in mechanism.gears] if gears else []
         return Result(
             scene=self.scene,
@@ -152,18 +156,23 @@ class Histories:
         return self.recorder.intervals(first, self.places[first:last])
 
     def _sleeves(self) -> dict[str, SleeveHistory]:
-        """Of the channels, by the names of their joints."""
+        """Of the channels, by the names of their joints, then of slots with play."""
         histories, first = {}, len(self.mechanism.touching)
         for channel in self.mechanism.channels:
-            names = tuple(contact.name for contact in channel.contacts)
-            last = first + len(names)
-            deepest = float(self.recorder.seeker.deepest[first:last].max())
-            touches = self._touches(first, last) if channel.clearance > 0 else Intervals.of()
-            histories[channel.name] = SleeveHistory(
-                names, channel.sides, self.kept.press[:, first:last], touches, deepest
-            )
-            first = last
+            histories[channel.name] = self._of_walls(channel, first)
+            first += len(channel.contacts)
+        for first, groove in zip(self.mechanism.first_walls, self.mechanism.grooves, strict=True):
+            histories[groove.name] = self._of_walls(groove, first)
         return histories
+
+    def _of_walls(self, joint: Channel | Groove, first: int) -> SleeveHistory:
+        """Of the walls of a joint, whose numbers begin at `first`."""
+        names = tuple(contact.name for contact in joint.contacts)
+        last = first + len(names)
+        deepest = float(self.recorder.seeker.deepest[first:last].max())
+        touches = self._touches(first, last) if joint.clearance > 0 else Intervals.of()
+        force = self.kept.press[:, first:last]
+        return SleeveHistory(names, joint.sides, force, touches, deepest)
 
     def _bearing_forces(self) -> dict[str, FloatArray]:
         """Force (samples, 2), N, of each joint with clearance on the body of its second point."""
@@ -172,6 +181,17 @@ class Histories:
             bearing.name: -push_of(bearing, self.poses, self.rates, self.kept.press[:, k])
             for k, bearing in enumerate(self.mechanism.bearings, start=first)
         }
+
+    def _groove_forces(self) -> dict[str, FloatArray]:
+        """Force (samples, 2), N, of each slot with play on its pin."""
+        forces, press = {}, self.kept.press
+        for first, groove in zip(self.mechanism.first_walls, self.mechanism.grooves, strict=True):
+            pushes = [
+                push_of(wall, self.poses, self.rates, press[:, k])
+                for k, wall in enumerate(groove.contacts, start=first)
+            ]
+            forces[groove.name] = np.sum(pushes, axis=0)
+        return forces
 
     def _frictions(self, *columns: FloatArray) -> dict[str, FrictionHistory]:
         """Of joints with friction, by name; where one begins or ends to rest is a sample."""

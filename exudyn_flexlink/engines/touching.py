@@ -343,6 +343,10 @@ class Touches:
         if self.sides[k] is not Side.PRESSED:
             self.sides[k] = Side.BEHIND if gap < -GAP_ROUNDING else Side.APART
 
+    def idle(self, k: int, *, idle: bool = True) -> None:
+        """Put a contact aside, which then is as if its point were behind it; or take it up."""
+        self._set(k, Side.BEHIND if idle else Side.APART)
+
     def crossing(self, k: int, gap: float, inside: float) -> Change:
         """Tell what an event of a contact is, which is `inside` (m) the ends of its face.
 

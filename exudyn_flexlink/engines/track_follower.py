@@ -41,6 +41,11 @@ class TrackFollower:
         piece = self.present
         return piece.end - u, u - piece.start
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Parameters between which a place is on the present piece."""
+        return self.present.start - self.seam, self.present.end + self.seam
+
     def place(self, u: float | FloatArray) -> FloatArray:
         """Parameters of the whole curve at the present piece's own."""
         piece = self.present

@@ -14,7 +14,13 @@ from exudyn_flexlink.mechanism.build import (
     tooth_pushes,
     without_teeth,
 )
-from exudyn_flexlink.mechanism.closing import CLOSED, CannotAssembleError, Start, closest
+from exudyn_flexlink.mechanism.closing import (
+    CLOSED,
+    CannotAssembleError,
+    Start,
+    closest,
+    place_in,
+)
 from exudyn_flexlink.mechanism.constraints import (
     anchor_jacobian,
     anchor_position,
@@ -78,6 +84,7 @@ from exudyn_flexlink.mechanism.model import (
     FaceContact,
     FlatContact,
     Gear,
+    Groove,
     JointFriction,
     LinearSpring,
     Mechanism,

@@ -18,6 +18,7 @@ from exudyn_flexlink.mechanism.closing import (
     closest,
     least_speeds,
     neighbouring,
+    place_in,
     positions,
     slides_named,
 )
@@ -30,7 +31,13 @@ from exudyn_flexlink.mechanism.constraints import (
 )
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at, length_of, started
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
-from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, Pin, RotarySpring, Slide
+from exudyn_flexlink.mechanism.model import (
+    LinearSpring,
+    Mechanism,
+    Pin,
+    RotarySpring,
+    Slide,
+)
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.scene import (
     HertzLaw,
@@ -42,6 +49,7 @@ from exudyn_flexlink.scene import (
     RevoluteJoint,
     Scene,
     SlideFriction,
+    SlotJoint,
     TorsionalSpring,
 )
 from exudyn_flexlink.source import KeyPath, Mistake
@@ -95,7 +103,8 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
 
     A link with clearance starts on its guide's axis, unless its angle is given, and moves with the
     guide, as if there were none, unless its motion is given. A journal starts in the middle of its
-    bearing, and moves with it, unless what is given does not allow that. Angles in `start.angles`
+    bearing, and moves with it, unless what is given does not allow that; so does a pin in a slot
+    with play. Angles in `start.angles`
     and those of motor-driven parts are held; everything else starts from `start.guesses` (0 where
     nothing is given) and moves as little as the joints demand. A flexible body starts straight and
     at one angular speed, unless the joints can't have that. Where `start.states` gives the state
@@ -166,31 +175,39 @@ def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
 
 
 def _concentric(mechanism: Mechanism) -> tuple[Pin, ...]:
-    """Joints with clearance as if there were none."""
+    """Bearings as if there were no clearance."""
     return tuple(Pin(bearing.name, bearing.first, bearing.second) for bearing in mechanism.bearings)
 
 
 def _places(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
-    """Coordinates and slot places with journals in the middle of their bearings, or near it."""
-    pins = _concentric(mechanism)
+    """Coordinates and slot places with journals and pins in the middle of their play, or near."""
+    pins, played = _concentric(mechanism), [groove.slot for groove in mechanism.grooves]
+    ideal = replace(mechanism, pins=mechanism.pins + pins, slots=mechanism.all_slots)
     try:
-        return positions(replace(mechanism, pins=mechanism.pins + pins), start)
+        q, places = positions(ideal, start)
+        return q, places[: len(mechanism.slots)]
     except CannotAssembleError as error:
-        if not pins:
+        if not pins and not played:
             raise
         try:
-            return positions(mechanism, start, laid_out_by=pins)
+            return positions(mechanism, start, laid_out_by=(*pins, *played))
         except CannotAssembleError:
             raise error from None
 
 
 def _speeds(mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Start) -> FloatArray:
-    """Velocities with journals that move as their bearings, or where that can't be, freely."""
-    pinned = replace(mechanism, pins=mechanism.pins + _concentric(mechanism))
+    """Velocities with journals and pins that move with what is around them, or else freely."""
+    pinned = replace(
+        mechanism,
+        pins=mechanism.pins + _concentric(mechanism),
+        slots=mechanism.all_slots,
+        grooves=(),
+    )
+    played = [place_in(groove.slot, groove.lap, q) for groove in mechanism.grooves]
     try:
-        return _velocities(pinned, q, places, start)
+        return _velocities(pinned, q, np.append(places, played), start)
     except CannotMoveError:
-        if not mechanism.bearings:
+        if not mechanism.bearings and not mechanism.grooves:
             raise
         return _velocities(mechanism, q, places, start)
 
@@ -226,8 +243,10 @@ def _with_speeds(
     mechanism: Mechanism, joints: Constraints, q: FloatArray, places: FloatArray, start: Start
 ) -> tuple[Constraints, list[tuple[float, CannotMoveError]]]:
     """Add a row for each speed given; of these and of the motors, the speed and its error."""
-    slotted = [k for k, slot in enumerate(mechanism.slots) if slot.name in start.speeds_along]
-    slots = [mechanism.slots[k] for k in slotted]
+    every = mechanism.all_slots
+    places = np.append(places, [place_in(slot, 1, q) for slot in every[len(places) :]])
+    slotted = [k for k, slot in enumerate(every) if slot.name in start.speeds_along]
+    slots = [every[k] for k in slotted]
     in_slots = [slot.name for slot in slots]
     sliding = [name for name in start.speeds_along if name not in in_slots]
     slides = slides_named(mechanism, sliding)
@@ -333,20 +352,27 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
     return reasons + [Mistake(path, minimal.format(what)) for path, what in _for_minimal(scene)]
 
 
+def _joints_for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
+    """The same, of joints."""
+    for name, joint in scene.joints.items():
+        if isinstance(joint, SlotJoint) and joint.acting:
+            yield ("joints", name, "clearance"), "no slots with play"
+        elif isinstance(joint, RevoluteJoint) and joint.freewheel is not None:
+            yield ("joints", name, "freewheel"), "no freewheels"
+
+
 def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     """Where a scene has what minimal coordinates alone know, and what Exudyn has of it."""
     for name, law in scene.laws.items():
         if isinstance(law, HertzLaw) and law.length is not None:
             yield (*scene.law_path(name), "formula"), f"no formula '{law.formula}', but 'sphere'"
-    for name, joint in scene.joints.items():
-        if isinstance(joint, RevoluteJoint) and joint.freewheel is not None:
-            yield ("joints", name, "freewheel"), "no freewheels"
     curved = [
         n
         for n, contact in scene.contacts.items()
         if isinstance(contact, PointOnCurve | LineOnCurve)
     ]
     yield from ((("contacts", name), "no contacts on curves") for name in curved)
+    yield from _joints_for_minimal(scene)
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"
         if name in scene.ropes:

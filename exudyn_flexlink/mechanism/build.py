@@ -27,8 +27,10 @@ from exudyn_flexlink.curves import (
     Superellipse,
     circle_arc,
     closing,
+    curves_of_laps,
     is_convex,
     polygon,
+    reach,
     rounded,
 )
 from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
@@ -52,6 +54,7 @@ from exudyn_flexlink.mechanism.model import (
     FlatContact,
     Gear,
     Geared,
+    Groove,
     JointFriction,
     LinearSpring,
     Mechanism,
@@ -98,6 +101,7 @@ from exudyn_flexlink.scene import (
     PrismaticJoint,
     RevoluteJoint,
     Scene,
+    SlotJoint,
     SplineSpec,
     SuperellipseSpec,
     ends_of,
@@ -307,6 +311,25 @@ def hollow_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mista
                 yield Mistake(path, message, f"{hint}; 'point_on_curve' is for them")
 
 
+def slot_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mistake]:
+    """Refuse walls of slots with play that their curve leaves no room for."""
+    for name, joint in scene.joints.items():
+        if not isinstance(joint, SlotJoint) or not joint.acting or joint.curve not in curves:
+            continue
+        half, path = joint.radius + joint.clearance, ("joints", name, "clearance")
+        for lap in curves_of_laps(curves[joint.curve]):
+            if min(reach(lap, side, half) for side in (1.0, -1.0)) > 0:
+                continue
+            sharpest = float(np.abs(lap.curvature(lap.samples[0])).max())
+            wall = f"a wall of the slot, {half:.6g} m from '{joint.curve}'"
+            if half * sharpest >= 1:
+                message = f"{wall}, is beyond its smallest radius, {1 / sharpest:.6g} m"
+            else:
+                message = f"{wall}, meets another one: the curve comes too near to itself there"
+            yield Mistake(path, message, "less clearance, a thinner pin, or a wider curve")
+            break
+
+
 class _CurveBuilder:
     """Builds every curve once; one under construction counts as None, which ends a cycle."""
 
@@ -398,7 +421,8 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
     """
     bodies = Bodies(scene)
     curves, mistakes = build_curves(scene.curves)
-    mistakes += [*bodies.mistakes, *bodies.bent_faces(), *hollow_mistakes(scene, curves)]
+    mistakes += [*bodies.mistakes, *bodies.bent_faces()]
+    mistakes += [*hollow_mistakes(scene, curves), *slot_mistakes(scene, curves)]
     if mistakes:
         raise SceneError(scene.document, mistakes)
     joints, springs, drives = scene.joints, scene.springs, scene.drives
@@ -410,16 +434,18 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         Weld(n, *bodies.ends(j), j.angle) for n, j in _of(joints, specs.WeldJoint).items()
     )
     torsional, linear = _of(springs, specs.TorsionalSpring), _of(springs, specs.LinearSpring)
+    slotted = _of(joints, specs.SlotJoint)
+    slots = {
+        n: Slot(n, bodies.anchor(j.point), curves[j.curve], bodies.carrier(j.curve))
+        for n, j in slotted.items()
+    }
     return Mechanism(
         parts=tuple(bodies.parts),
         points=bodies.points,
         pins=(*pins, *bodies.pins),
         welds=welds,
         slides=(*(bodies.slide(n) for n in joints if n in sliding), *bodies.slides),
-        slots=tuple(
-            Slot(n, bodies.anchor(j.point), curves[j.curve], bodies.carrier(j.curve))
-            for n, j in _of(joints, specs.SlotJoint).items()
-        ),
+        slots=tuple(slot for n, slot in slots.items() if not slotted[n].acting),
         springs=(
             *(_rotary_spring(bodies, n, s, welds) for n, s in torsional.items()),
             *bodies.springs,
@@ -448,6 +474,18 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         gravity=scene.gravity,
         frictions=tuple(_joint_frictions(bodies)),
         gears=tuple(build_gears(bodies)),
+        grooves=tuple(
+            Groove(
+                slots[n],
+                j.clearance,
+                j.radius,
+                pressing_law(scene, j.acting),
+                _friction(j.acting),
+                scene.initial.laps.get(n, 1),
+            )
+            for n, j in slotted.items()
+            if j.acting
+        ),
     )
 
 

@@ -63,15 +63,18 @@ class Start:
     laps: Mapping[str, int] = field(default_factory=dict)
 
 
-def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin] = ()) -> FloatArray:
+def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin | Slot] = ()) -> FloatArray:
     """Lay the parts out joint by joint from the ground, as a start for closing the loops."""
+    slots = tuple(joint for joint in more if isinstance(joint, Slot))
+    mechanism = replace(mechanism, slots=mechanism.slots + slots)
     q = np.zeros((len(mechanism.parts), 3))
     turned = known_angles(mechanism, start)
     q[:, 2] = [turned.get(i, 0.0) for i in range(len(q))]
     placed = {GROUND, *start.positions}
     for part, place in start.positions.items():
         q[part, :2] = place
-    joints = (*inner_joints(mechanism), *mechanism.attachments, *more)
+    pins = (joint for joint in more if isinstance(joint, Pin))
+    joints = (*inner_joints(mechanism), *mechanism.attachments, *pins)
     pinned = [(joint.first, joint.second) for joint in joints]
     slides, lengths = slides_of(mechanism), known_lengths(mechanism, start)
     while True:
@@ -235,13 +238,13 @@ class CannotAssembleError(Sendable, ValueError):
 
 
 def positions(
-    mechanism: Mechanism, start: Start, laid_out_by: Sequence[Pin] = ()
+    mechanism: Mechanism, start: Start, laid_out_by: Sequence[Pin | Slot] = ()
 ) -> tuple[FloatArray, FloatArray]:
     """Coordinates and slot places that close all joints: bodies straight, or else bent.
 
     Each is searched from the start given and, since parts in one line are a dead end of the search,
     from a few where those parts are turned whose angle nothing tells, last by random angles. Parts
-    are laid out by more pins than need close, if there are any in `laid_out_by`. A drive's part
+    are laid out by more joints than need close, those in `laid_out_by`. A drive's part
     stands at 0 if the joints can have that; where they can't, its angle is searched, too.
     """
     held = _held(mechanism, start)
@@ -439,7 +442,7 @@ def _close(
     """
     q = _straightened(mechanism, q) if straight else q.copy()
     slots = [(slot, held.laps.get(slot.name, 1)) for slot in mechanism.slots]
-    places = np.array([_place_in(slot, lap, q) for slot, lap in slots])
+    places = np.array([place_in(slot, lap, q) for slot, lap in slots])
     held = replace(held, angles={part: q[part, 2] for part in held.turns})
     joints = first = held.of(mechanism, q, places)
     for _ in range(ITERATIONS):
@@ -500,10 +503,10 @@ def kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
     start, end = ends_of_lap(slot.curve, lap)
     if np.hypot(*(slot_point(slot, q) - slot.curve.point(start))) <= CLOSED:
         return start
-    return place if start <= place < end else _place_in(slot, lap, q)
+    return place if start <= place < end else place_in(slot, lap, q)
 
 
-def _place_in(slot: Slot, lap: int, q: FloatArray) -> float:
+def place_in(slot: Slot, lap: int, q: FloatArray) -> float:
     """Place next to the anchor in a lap of the curve.
 
     Laps share their meeting point, and often more: there the same point in this lap is meant.

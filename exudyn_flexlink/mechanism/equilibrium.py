@@ -320,7 +320,9 @@ class _Search:
         meshed = iter(joints.residual[[row for kind, row in firsts if kind == "gear"]].tolist())
         gears = tuple(replace(gear, start=next(meshed)) for gear in mechanism.gears)
         self._mechanism = replace(mechanism, speed_motors=held, gears=gears, frictions=())
-        self._tree, self._contacts = spanning_tree(mechanism), mechanism.contacts_and_pairs
+        self._tree = spanning_tree(mechanism)
+        pairs, idle = mechanism.contacts_and_pairs, mechanism.idle_walls
+        self._contacts = tuple(pair for k, pair in enumerate(pairs) if k not in idle)
         self._reach = max(part.reach for part in mechanism.parts)
 
     def size(self, step: FloatArray) -> float:

@@ -16,7 +16,7 @@ from math import hypot, inf
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves import Closest, Curve, Farthest, reach
+from exudyn_flexlink.curves import Closest, Curve, Farthest, curves_of_laps, reach
 from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, SpringLaw
@@ -60,6 +60,8 @@ class Anchor:
 
 MOST_ANCHORS = 16  # along a curve: between them a body moves much as it does there
 UPPER, LOWER = 1.0, -1.0
+LEFT, RIGHT = 1.0, -1.0
+_SLOT_WALLS = {LEFT: "left", RIGHT: "right"}
 _WALLS = {UPPER: "upper wall", LOWER: "lower wall", 0.0: "axis"}
 _CORNERS = {UPPER: "upper corner", LOWER: "lower corner", 0.0: "middle"}
 Anchors = tuple[tuple[Anchor, ...], tuple[Anchor, ...]]
@@ -163,7 +165,8 @@ class CurveContact(_Pair):
     """An anchor that cannot cross a curve in the axes of the part `carrier`, GROUND: fixed.
 
     `side` is +1 if the free side is left of the curve, in the direction of its parameter, -1 if
-    right. A `radius` (m) is that of a roller around the anchor.
+    right. A `radius` (m) is that of a roller around the anchor. What can't be crossed may be a wall
+    that runs beside the curve, by the `offset` (m) behind it.
     """
 
     name: str
@@ -174,6 +177,12 @@ class CurveContact(_Pair):
     radius: float
     law: PressingLaw
     friction: Friction | None = None
+    offset: float = 0.0
+
+    @property
+    def distance(self) -> float:
+        """How far (m) the anchor is from the curve as it touches, on the free side."""
+        return self.radius - self.offset
 
     @cached_property
     def search(self) -> Closest:
@@ -183,7 +192,7 @@ class CurveContact(_Pair):
     @cached_property
     def feature(self) -> float:
         """Smallest radius (m) of the line on which the roller's centre is as it touches."""
-        return reach(self.curve, self.side, self.radius)
+        return reach(self.curve, self.side, self.distance)
 
     @property
     def length(self) -> float:
@@ -427,6 +436,64 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class Groove:
+    """A slot with play: its anchor is the middle of a pin between two walls along the curve.
+
+    It stays within the `clearance` (m) of the curve on each side; the walls are at the pin's
+    `radius` (m) and that. Of a curve with laps each lap has walls of its own; `lap` is the one in
+    which the pin starts. `slot` is the same without play.
+    """
+
+    slot: Slot
+    clearance: float
+    radius: float
+    law: PressingLaw
+    friction: Friction | None
+    lap: int = 1
+
+    @property
+    def name(self) -> str:
+        """Name of the joint."""
+        return self.slot.name
+
+    @cached_property
+    def curves(self) -> tuple[Curve, ...]:
+        """Curves of the laps, in turn."""
+        return curves_of_laps(self.slot.curve)
+
+    @cached_property
+    def contacts(self) -> tuple[CurveContact, ...]:
+        """Left wall and right wall, of each of the curves."""
+        return tuple(
+            self._wall(number, side) for number in range(len(self.curves)) for side in (LEFT, RIGHT)
+        )
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """Side of the curve on which each wall is: +1 left, -1 right."""
+        return (LEFT, RIGHT) * len(self.curves)
+
+    def walls(self, lap: int) -> range:
+        """Numbers of the walls of a lap among its contacts."""
+        first = 2 * ((abs(lap) - 1) % len(self.curves))
+        return range(first, first + 2)
+
+    def _wall(self, number: int, side: float) -> CurveContact:
+        of_lap = f" of curve {number + 1}" if len(self.curves) > 1 else ""
+        return CurveContact(
+            f"{self.name}: {_SLOT_WALLS[side]} wall{of_lap}",
+            self.slot.anchor,
+            self.curves[number],
+            self.slot.carrier,
+            -side,
+            self.radius,
+            self.law,
+            self.friction,
+            self.radius + self.clearance,
+        )
+
+
+@dataclass(frozen=True)
 class Geared:
     """What a gear ties: the angle of `far` against `near`, on the arm, or the length of a slide."""
 
@@ -640,6 +707,7 @@ class Mechanism:
     gravity: tuple[float, float]
     frictions: tuple[JointFriction, ...] = ()
     gears: tuple[Gear, ...] = ()
+    grooves: tuple[Groove, ...] = ()
     pulses: tuple[float, ...] = ()  # instants (s) within short pulses of drives
     unfound: tuple[str, ...] = ()  # where such pulses were not looked for, in words
 
@@ -647,6 +715,11 @@ class Mechanism:
     def hinges(self) -> tuple[Pin | CircleContact, ...]:
         """Joints that parts turn about, without clearance and with."""
         return (*self.pins, *self.bearings)
+
+    @property
+    def all_slots(self) -> tuple[Slot, ...]:
+        """Slots, those with play as if they had none at the end."""
+        return (*self.slots, *(groove.slot for groove in self.grooves))
 
     @property
     def attachments(self) -> tuple[Pin | Weld, ...]:
@@ -678,7 +751,24 @@ class Mechanism:
     @property
     def touching(self) -> tuple[Contact, ...]:
         """Contacts of the scene, then those of its joints with clearance: the order of arrays."""
-        return (*self.contacts, *self.bearings)
+        walls = (wall for groove in self.grooves for wall in groove.contacts)
+        return (*self.contacts, *self.bearings, *walls)
+
+    @property
+    def first_walls(self) -> list[int]:
+        """Number of the first wall of each groove in that order."""
+        first = len(self.contacts) + len(self.bearings)
+        counts = [len(groove.contacts) for groove in self.grooves]
+        return [first + sum(counts[:k]) for k in range(len(counts))]
+
+    @property
+    def idle_walls(self) -> set[int]:
+        """Numbers there of the walls of laps in which no pin starts."""
+        return {
+            first + k
+            for first, groove in zip(self.first_walls, self.grooves, strict=True)
+            for k in set(range(len(groove.contacts))) - {*groove.walls(groove.lap)}
+        }
 
     @cached_property
     def contacts_and_pairs(self) -> tuple[Contact, ...]:
@@ -688,7 +778,8 @@ class Mechanism:
     @property
     def has_play(self) -> bool:
         """Whether a joint has clearance, whose touches multiply errors."""
-        return bool(self.bearings) or any(channel.clearance > 0 for channel in self.channels)
+        played = any(channel.clearance > 0 for channel in self.channels)
+        return played or bool(self.bearings or self.grooves)
 
     @property
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:

@@ -474,6 +474,7 @@ class OnCurves(_Searched[CurveContact]):
     ) -> None:
         super().__init__(contacts, frame, searches)
         self._radius = np.array([contact.radius for contact in contacts])
+        self._distance = np.array([contact.distance for contact in contacts])
 
     def between(self, contact: CurveContact) -> tuple[Anchor, Anchor, float]:
         """See the point in the axes of the curve."""
@@ -498,8 +499,8 @@ class OnCurves(_Searched[CurveContact]):
         curvature = _cross(tangent, second) / speed**3
         near = 1 - curvature * off.imag  # 0 at the centre of curvature, where nothing touches
         bend = np.divide(-side * curvature, near, out=np.zeros_like(near), where=near > 0)
-        gap = side * off.imag - self._radius
-        touching = 1 - curvature * side * self._radius
+        gap = side * off.imag - self._distance
+        touching = 1 - curvature * side * self._distance
         grip, arm = self._grips(side * self._radius, touching, np.where(gap < 0, near, touching))
         moving, along = way.conj() * rate, axes * way
         spins = self._spins(at)
@@ -522,9 +523,9 @@ class OnCurves(_Searched[CurveContact]):
         contact = self.contacts[c]
         _, foot, tangent, _ = self._searches[c](place)
         way, apart = tangent / abs(tangent), place - foot
-        gap = contact.side * _cross(way, apart) - contact.radius
+        gap = contact.side * _cross(way, apart) - contact.distance
         beyond = not contact.curve.closed and abs(_dot(way, apart)) > BESIDE
-        beside = abs(apart) - contact.radius if beyond else -inf
+        beside = abs(apart) - abs(contact.distance) if beyond else -inf
         return Glimpse(gap, contact.side * _cross(way, rate), beside)
 
 

@@ -15,7 +15,7 @@ from exudyn_flexlink.observables.levers import extremes_of
 from exudyn_flexlink.observables.points import samples_text
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, WeldJoint
+from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, SlotJoint, WeldJoint
 
 NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
 BENDING = "bending moment"
@@ -184,11 +184,12 @@ def momentary_forces(result: Result) -> set[str]:
 
 
 def _wall_forces(result: Result) -> dict[str, FloatArray]:
-    """Force of each wall on the link, the sum over all that touches it, where there is play."""
+    """Force of each wall on the link or pin, the sum over all that touches it, where is play."""
     pushes = {}
     for joint in sleeves_with_play(result):
-        history = result.sleeves[joint]
-        for side, wall in ((1.0, "upper"), (-1.0, "lower")):
+        history, slot = result.sleeves[joint], isinstance(result.scene.joints[joint], SlotJoint)
+        names = ("left", "right") if slot else ("upper", "lower")
+        for side, wall in zip((1.0, -1.0), names, strict=True):
             on_side = np.array(history.sides) == side
             pushes[f"{joint}, {wall} wall"] = history.force[:, on_side].sum(axis=1)
     return pushes

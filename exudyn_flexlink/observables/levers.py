@@ -365,7 +365,8 @@ class Watched:
         places += [f"{point}.x_m", f"{point}.y_m", f"{point}.distance_m"]
         speeds = [f"{body}.{measure.rate_name}" for body, measure in by_body]
         self.names = (*places, *speeds, f"{point}.speed_m_per_s")
-        self.contacts = tuple(contact.name for contact in mechanism.touching)
+        watched = (*mechanism.contacts, *mechanism.bearings)
+        self.contacts = tuple(contact.name for contact in watched)
         # Distance and speed are watched as squares, which are smooth even where they are 0.
         self._squared = (len(places) - 1, len(self.names) - 1)
 

@@ -29,7 +29,6 @@ from exudyn_flexlink.observables import (
     forces_of,
     laps,
     momentary_forces,
-    sleeves_with_play,
     strikes,
     touching,
     turned_since_start,
@@ -68,7 +67,7 @@ from exudyn_flexlink.plots.panels import (
     title_at,
 )
 from exudyn_flexlink.result import ForceDeviation, Result
-from exudyn_flexlink.scene import Scene
+from exudyn_flexlink.scene import Scene, SlotJoint
 
 STATE_COLOURS = {
     State.FREE: "#EFEFEF",
@@ -100,7 +99,7 @@ def strip_height(result: Result) -> float:
 
 
 def strip(axes: Axes, result: Result, joint: str) -> None:
-    """Draw the states of a sleeve over the crank angle within each lap, one row for a lap.
+    """Draw the states of a joint with play over the crank angle within each lap, one row for a lap.
 
     Without a crank that goes round over time, in one row.
     """
@@ -121,8 +120,14 @@ def strip(axes: Axes, result: Result, joint: str) -> None:
     ]
     if not forward(result):
         shade_beyond(axes, result, result.time, named=False)
-    axes.set_title(f"link in {joint}", loc="left")
+    axes.set_title(within(result, joint), loc="left")
     legend_outside(axes, handles=handles)
+
+
+def within(result: Result, joint: str) -> str:
+    """What is between the walls of a joint with play, in words."""
+    slot = isinstance(result.scene.joints[joint], SlotJoint)
+    return f"{'pin' if slot else 'link'} in {joint}"
 
 
 def _rows(result: Result, states: ContactStates) -> Iterator[tuple[str, FloatArray, IntArray]]:
@@ -146,12 +151,12 @@ def guide_contact(result: Result, *, style: Style = SCREEN, ax: Given = None) ->
     Each is the middle of the longest time in that state; what never occurs is left out. Drawn in
     the guide's axes, across it larger than along it. None without clearance.
     """
-    joints = sleeves_with_play(result)
-    shown = _instants(result, joints[0]) if joints else []
-    if not shown:
+    model = build_mechanism(result.scene)
+    channel = next((channel for channel in model.channels if channel.clearance > 0), None)
+    shown = [] if channel is None else _instants(result, channel.name)
+    if channel is None or not shown:
         return None
-    joint, model = joints[0], build_mechanism(result.scene)
-    channel = next(channel for channel in model.channels if channel.name == joint)
+    joint = channel.name
     subject = f"Link in '{joint}', seen from the guide; drawn larger across than along"
     names, height = [what for what, _ in shown], 1.75 * len(shown) + 0.4
     figure, panels = placed(
@@ -247,7 +252,7 @@ def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index:
         axes.plot([0, channel.length * factor], [y, y], color=GREY, linewidth=3, label="walls")
     line = Viewpoint(channel.guide).seen(through(channel.name, *channel.nodes).at(q), q)
     axes.plot(*(factor * line).T, color=BLUE, marker=".", markersize=4, label="link, its nodes")
-    if channel.nodes[0] in [slot.anchor for slot in model.slots]:
+    if channel.nodes[0] in [slot.anchor for slot in model.all_slots]:
         style: dict[str, Any] = {"color": BLACK, "mfc": "white", "markersize": 7, "zorder": 5}
         axes.plot(*(factor * line[0]), "o", label="in the slot", **style)
     axes.axhline(0, color=GREY, linewidth=0.6, linestyle=":")

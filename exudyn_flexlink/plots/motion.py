@@ -31,7 +31,7 @@ from exudyn_flexlink.observables import (
     turns,
     watched_point,
 )
-from exudyn_flexlink.plots.forces import strip, strip_height
+from exudyn_flexlink.plots.forces import strip, strip_height, within
 from exudyn_flexlink.plots.frame import (
     BLACK,
     BLUE,
@@ -94,8 +94,10 @@ def coordinates(
     point = point or watched_point(result.scene)
     strips = sleeves_with_play(result)
     heights = [4.0, *(strip_height(result) for _ in strips)]
-    subject = f"Coordinates of {point}" + ("; below, how the link touches its guide" * bool(strips))
-    names = ["coordinates", *(f"link in {joint}" for joint in strips)]
+    touching = {within(result, joint).split()[0] for joint in strips}
+    below_it = f"; below, how the {' and the '.join(sorted(touching))} touches its guide"
+    subject = f"Coordinates of {point}{below_it if strips else ''}"
+    names = ["coordinates", *(within(result, joint) for joint in strips)]
     figure, (axes, *below) = placed(
         ax,
         names,

@@ -27,6 +27,7 @@ from exudyn_flexlink.mechanism import (
     FaceContact,
     FlatContact,
     Gear,
+    Groove,
     Mechanism,
     Slot,
     TurnStop,
@@ -142,12 +143,15 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     tracks: list[Slot | CurveContact | FlatContact] = [*model.slots, *on_curves]
     for track in tracks:
         yield Drawn("curve", PURPLE, on_part(track.name, track.carrier, track.curve.samples[1]))
+    for groove in model.grooves:
+        yield from (Drawn("curve", PURPLE, wall) for wall in slot_walls(groove))
     yield from _drawn_faces(scene, model)
     way = np.linspace(0, 2 * np.pi, ROUND)
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
     circular = [contact for contact in model.contacts if contact.name not in scene.ropes]
     circles = [(contact.name, *circle) for contact in circular for circle in circles_of(contact)]
     circles += [(gear.name, *circle) for gear in model.gears for circle in pitch_circles(gear)]
+    circles += [(g.name, g.slot.anchor, g.radius) for g in model.grooves if g.radius > 0]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
@@ -214,6 +218,17 @@ def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
         through(body, Anchor(at.part, at.x, y), Anchor(at.part, at.x + channel.length, y))
         for y in (at.y + channel.clearance, at.y - channel.clearance)
     ]
+
+
+def slot_walls(groove: Groove) -> list[Line]:
+    """Walls of a slot with play, left and right along each of its curves."""
+    half, lines = groove.radius + groove.clearance, []
+    for curve in groove.curves:
+        u, middle = curve.samples
+        for across in (half, -half):
+            places = middle + across * curve.normal(u)
+            lines.append(on_part(groove.name, groove.slot.carrier, places))
+    return lines
 
 
 def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
@@ -295,7 +310,7 @@ def joint_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
     for slide in model.slides:
         if isinstance(scene.joints.get(slide.name), PrismaticJoint):  # not rods that stretch
             yield Mark("prismatic", slide.second)
-    for slot in model.slots:
+    for slot in model.all_slots:
         yield Mark("in a slot", slot.anchor)
 
 
@@ -336,8 +351,8 @@ def lettered(scene: Scene) -> dict[str, str]:
 def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
     """Points that the paper names: S, the watched one, O, P in the only slot, ends of rods."""
     anchors = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
-    if len(model.slots) == 1 and model.slots[0].anchor != anchors["S"]:
-        anchors["P"] = model.slots[0].anchor
+    if len(model.all_slots) == 1 and model.all_slots[0].anchor != anchors["S"]:
+        anchors["P"] = model.all_slots[0].anchor
     for letters, body in lettered(scene).items():
         for name, end in zip(letters, ("start", "end"), strict=True):
             anchors[name] = point_anchor(scene, model, f"{body}.{end}")
@@ -442,7 +457,7 @@ class Sketch:
 
     def body_legend(self, letters: Mapping[str, str] | None = None) -> list[Line2D]:
         """Entries for bodies, guides and curves; `letters` of bodies come after their names."""
-        curve = "track" if self.model.slots else "curve"
+        curve = "track" if self.model.all_slots else "curve"
         bodies, curves = {}, {}
         for path in self.shown:
             look, body = _look(self.scene, path), path.line.name

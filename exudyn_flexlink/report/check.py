@@ -133,7 +133,10 @@ def _geared(scene: Scene, gear: Gear) -> str:
 
 def _joined(joint: Joint) -> str:
     if isinstance(joint, SlotJoint):
-        return f"{joint.point} on {joint.curve}"
+        play = f", clearance {number(joint.clearance)} m on each side" if joint.acting else ""
+        pin = f", pin of radius {number(joint.radius)} m" if joint.acting and joint.radius else ""
+        idle = IDLE if joint.law and not joint.acting else ""
+        return f"{joint.point} on {joint.curve}{play}{pin}{idle}"
     if isinstance(joint, SleeveJoint):
         return f"{joint.link} in {joint.guide}, {_fit(joint)}"
     assert isinstance(joint, PointsJoint)  # gears are told apart
@@ -271,6 +274,12 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
             journal, bearing = joint.points
             what = f"journal at {journal} in the bearing at {bearing}"
             rows.append([name, what, *law_cells(joint.acting, forces[name])])
+    for groove in mechanism.grooves:
+        slot = scene.joints[groove.name]
+        assert isinstance(slot, SlotJoint)  # which grooves are made of
+        assert slot.acting is not None
+        what = f"pin at {slot.point} between the walls along {slot.curve}"
+        rows.append([groove.name, what, *law_cells(slot.acting, groove.law)])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
         assert isinstance(sleeve, SleeveJoint)  # which channels are made of
@@ -291,7 +300,9 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     judged = "it" if len(judges) == 1 else name_of(judges)
     watched = f"{watched_point(scene)} is shown; errors are judged by {judged}"
     rows = [["time", _time(scene, duration)], ["watched", watched]]
-    rows += [[contact.name, _contact_duration(assembly, contact)] for contact in mechanism.touching]
+    named = [(contact.name, contact) for contact in (*mechanism.contacts, *mechanism.bearings)]
+    named += [(groove.name, groove.contacts[0]) for groove in mechanism.grooves]
+    rows += [[name, _contact_duration(assembly, contact)] for name, contact in named]
     rows += [[channel.name, _wall_duration(assembly, channel)] for channel in mechanism.channels]
     form = formulation(scene)
     if fixed_step is not None:

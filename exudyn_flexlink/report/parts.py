@@ -54,6 +54,7 @@ from exudyn_flexlink.scene import (
     Scene,
     SleeveJoint,
     SlidePenalty,
+    SlotJoint,
     StopLaw,
     TurnPenalty,
 )
@@ -225,6 +226,7 @@ def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
     return [
         *((joint.name, anchor) for joint in joints for anchor in (joint.first, joint.second)),
         *((slot.name, slot.anchor) for slot in mechanism.slots),
+        *((groove.name, groove.slot.anchor) for groove in mechanism.grooves),
     ]
 
 
@@ -274,7 +276,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
     laws = scene.laws
     # Joints that may have a clearance.
-    kinds = (SleeveJoint, RevoluteJoint)
+    kinds = (SleeveJoint, RevoluteJoint, SlotJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
     lossy = [n for n, law in laws.items() if law.restitution is not None and law.restitution < 1]

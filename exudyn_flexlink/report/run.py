@@ -58,7 +58,7 @@ from exudyn_flexlink.result import (
     MeasuredError,
     Result,
 )
-from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint
+from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint, SlotJoint
 from exudyn_flexlink.shipped import ENGINES, LAGRANGIAN
 
 MOST_ROWS = 12  # more than that scroll the rest away
@@ -98,7 +98,7 @@ def guide_lines(result: Result, joint: str) -> list[str]:
 
 
 def guide_table(result: Result, joint: str) -> Table:
-    """Return how a link stood in its guide, or a journal in its bearing: by lap, and in all."""
+    """Return how a link stood in its guide, a journal or a pin in its play: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
     totals = {str(i): lap for i, lap in enumerate(laps[:MOST_LAPS], start=1)}
@@ -106,6 +106,8 @@ def guide_table(result: Result, joint: str) -> Table:
     more = len(laps) - MOST_LAPS
     if joint in result.bearings:
         what = f"Journal in '{joint}': time free, on one point; touches and impacts"
+    elif isinstance(result.scene.joints[joint], SlotJoint):
+        what = f"Pin in '{joint}': time free, on one wall; touches and impacts"
     else:
         what = f"Link in '{joint}': time free, on one point, on two; touches of all points; impacts"
         what += " of the free link"
@@ -117,7 +119,7 @@ def guide_table(result: Result, joint: str) -> Table:
 def guide_facts(result: Result, joint: str) -> Table:
     """Return how deep the link was in the walls of its guide, and its longest touch, if any."""
     sleeve, depth = result.scene.joints[joint], deepest(result, joint)
-    assert isinstance(sleeve, (SleeveJoint, RevoluteJoint))
+    assert isinstance(sleeve, (SleeveJoint, RevoluteJoint, SlotJoint))
     # Where it is no small part of the clearance, the walls are too soft.
     part = f"{100 * depth / sleeve.clearance:.3g} % of the clearance"
     rows = [["deepest in a wall", f"{depth:.2g} m, {part}"]]

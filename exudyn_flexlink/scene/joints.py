@@ -31,7 +31,9 @@ from exudyn_flexlink.scene.contacts import (
     ContactLaw,
     GivingLaw,
     HertzLaw,
+    Law,
     PenaltyLaw,
+    RubbingImpulse,
     SlideLimits,
     TurnLimits,
     refuse_misfit,
@@ -354,16 +356,49 @@ class PrismaticJoint(PointsJoint):
 
 
 class SlotJoint(Part):
-    """A point of a body stays on a curve, which stands on the ground or moves with its body."""
+    """A point of a body stays on a curve, which stands on the ground or moves with its body.
+
+    With clearance, the point is the middle of a pin between two walls along the curve. At a
+    clearance of 0 that the scene gives, its law does nothing: the point stays on the curve.
+    """
 
     type: Literal["slot"] = "slot"
     point: MovingPointName = Field(description="point 'body.point' that stays on the curve")
     curve: CurveName = Field(description="name of a curve")
+    clearance: si.NonNegativeLength = Field(
+        0.0, description="how far the point may leave the curve, on each side: half the play"
+    )
+    radius: si.NonNegativeLength = Field(
+        0.0, description="of the pin: where friction acts; the slot is as much wider"
+    )
+    law: Law | None = Field(
+        None,
+        description="force between pin and walls, or its impulse; with clearance, idle if that "
+        "is 0",
+    )
 
     @property
     def bodies(self) -> tuple[str, ...]:
         """Name of the body it holds."""
         return (split_point(self.point)[0],)
+
+    @property
+    def acting(self) -> PenaltyLaw | RubbingImpulse | None:
+        """The law, if anything can press."""
+        return self.law if self.clearance > 0 else None
+
+    @model_validator(mode="after")
+    def _walls_need_a_law(self) -> SlotJoint:
+        if self.clearance > 0 and self.law is None:
+            refuse("missing 'law', the force between pin and walls", _EXAMPLE)
+        for key, lacking in (("law", "walls to press on"), ("radius", "pin")):
+            if not _gives_clearance(self) and key in self.model_fields_set and getattr(self, key):
+                message = f"a slot without clearance has no {lacking}"
+                hint = f"give a clearance, 0 for one that does nothing; else leave the {key} out"
+                refuse(message, hint, at=key)
+        if self.acting:
+            refuse_misfit(self.acting)
+        return self
 
 
 class SleeveJoint(Part):

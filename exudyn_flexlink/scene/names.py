@@ -360,7 +360,8 @@ def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
             elif isinstance(contact, PointOnCurve) and contact.radius > 0:
                 yield name, {split_point(contact.point)[0]}
     for name, joint in parts.valid("joints"):
-        law = joint.acting if isinstance(joint, RevoluteJoint) else None
+        around = isinstance(joint, SlotJoint) and joint.radius > 0
+        law = joint.acting if isinstance(joint, RevoluteJoint) or around else None
         dry = joint.friction if isinstance(joint, RevoluteJoint) else None
         one_way = isinstance(joint, RevoluteJoint) and joint.freewheel is not None
         if (law is not None and law.friction > 0) or (dry is not None and dry.acts) or one_way:

@@ -1,10 +1,10 @@
-"""What may be added to random mechanisms: friction, stops, laws, springs, corners, gears."""
+"""What may be added to random mechanisms: friction, stops, laws, springs, corners, gears, play."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from drawing.parts import Drawn, Model, number, spread, within
+from drawing.parts import Drawn, Model, law, number, spread, within
 
 LAWS = ("hunt_crossley", "lankarani_nikravesh", "flores", "gonthier", "exact")
 DEPTH = 1e-4  # m: here a law by a power presses as the linear one that it stands for
@@ -20,9 +20,8 @@ def add_parts(rng: np.random.Generator, drawn: Drawn) -> None:
         for name, joint in model["joints"].items()
         if joint["type"] in {"revolute", "prismatic"} and "clearance" not in joint
     ] if "joints" in model else []  # fmt: skip
-    rigid = any(own["law"].get("type") == "impulse" for own in model.get("contacts", {}).values())
     for name in joints:
-        if rng.random() < 0.4 and not rigid:
+        if rng.random() < 0.4:
             _rub(rng, model["joints"][name])
         elif rng.random() < 0.4 and name == drawn.crank:
             _stop(rng, model["joints"][name])
@@ -33,28 +32,36 @@ def add_parts(rng: np.random.Generator, drawn: Drawn) -> None:
     if drawn.crank and rng.random() < 0.3:
         torque = f"{-spread(rng, 0.05, 2)} N m * sin(angle)"
         kinked = {"points": [[-20, -1.0], [0, 0], [0.5, 0.3], [20, 2.0]], "rule": "linear"}
-        law = torque if rng.random() < 0.5 else kinked
-        spring = {"type": "torsional", "joint": drawn.crank, "torque": law}
+        by_angle = torque if rng.random() < 0.5 else kinked
+        spring = {"type": "torsional", "joint": drawn.crank, "torque": by_angle}
         model.setdefault("springs", {})["coil"] = spring
     if drawn.points and rng.random() < 0.3:
         _damp_by_rate(rng, drawn)
     curves = model.get("curves", {})
     curves |= {name: _cornered(rng, curve) for name, curve in curves.items()}
+    _loosen(rng, model)
 
 
-def _damped(rng: np.random.Generator, law: Model) -> Model:
+def _loosen(rng: np.random.Generator, model: Model) -> None:
+    """Give play to slots."""
+    for joint in model.get("joints", {}).values():
+        if joint["type"] == "slot" and rng.random() < 0.6:
+            joint |= {"clearance": spread(rng, 5e-5, 1e-3), "radius": 0.002, "law": law(rng)}
+
+
+def _damped(rng: np.random.Generator, linear: Model) -> Model:
     """Return another law in place of half the linear ones; impulses may rub."""
-    if law.get("type") == "impulse":
+    if linear.get("type") == "impulse":
         rubs = {"friction": within(rng, 0.05, 0.5)} if rng.random() < 0.4 else {}
-        return {**law, **rubs}
+        return {**linear, **rubs}
     if rng.random() < 0.5:
-        return law
+        return linear
     kind = str(rng.choice(LAWS))
-    stiffness = number(law["stiffness"] / np.sqrt(DEPTH))
-    returned = max(law["restitution"], 0.05)
+    stiffness = number(linear["stiffness"] / np.sqrt(DEPTH))
+    returned = max(linear["restitution"], 0.05)
     if kind in {"flores", "gonthier", "exact"}:
         returned = min(max(returned, 0.1), 1.0)
-    kept = {"friction": law["friction"]} if "friction" in law else {}
+    kept = {"friction": linear["friction"]} if "friction" in linear else {}
     return {"type": kind, "stiffness": stiffness, "restitution": returned, **kept}
 
 
@@ -73,12 +80,12 @@ def _stop(rng: np.random.Generator, joint: Model) -> None:
     """Let a crank turn by two turns at most, either way, from wherever it starts."""
     if joint["type"] != "revolute":
         return
-    law = {"stiffness": spread(rng, 100, 1e4)}
+    at_stop = {"stiffness": spread(rng, 100, 1e4)}
     if rng.random() < 0.5:
-        law["damping"] = number(rng.choice([0, 1e-3 * law["stiffness"]]))
+        at_stop["damping"] = number(rng.choice([0, 1e-3 * at_stop["stiffness"]]))
     else:
-        law |= {"restitution": within(rng, 0, 1), "transition_speed": 0.01}
-    joint["limits"] = {"from": -6.5, "to": 6.5, "law": law}
+        at_stop |= {"restitution": within(rng, 0, 1), "transition_speed": 0.01}
+    joint["limits"] = {"from": -6.5, "to": 6.5, "law": at_stop}
 
 
 def _hang(rng: np.random.Generator, drawn: Drawn) -> None:

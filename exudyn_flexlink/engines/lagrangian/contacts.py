@@ -12,6 +12,12 @@ presses along the gap's gradient G, R is friction along that of the place, T. Ei
 belongs to the link and the face to guide or lever, which turn about their pivots, or a corner of
 the guide's mouth meets a rod, which turns about its start. Where the link is held on the guide's
 axis from both sides, s is the side on which it is not.
+
+A pin with play in its slot is at the distance s = Im(t* (P - gamma)) from the curve's nearest place
+gamma, with t the unit tangent there, to the left of it. From its walls it is c - s and c + s away.
+Along the curve, of curvature k, it passes gamma's neighbours at v = Re(t* P'), so that
+
+    s_k = Im(t* P_k),      s'' = Im(t* P'') - k v^2 / (1 - k s)
 """
 
 from __future__ import annotations
@@ -20,10 +26,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.curves import Places, next_piece
 from exudyn_flexlink.engines.lagrangian.model import Frame, Model, Pivot
 from exudyn_flexlink.engines.touching import Laws, rubbing
-from exudyn_flexlink.mechanism import Anchor, FaceContact, Seen
+from exudyn_flexlink.engines.track_follower import TrackFollower
+from exudyn_flexlink.mechanism import Anchor, FaceContact, Groove, Seen
+from exudyn_flexlink.result import Event
+
+AWAY = 1.0  # m: so far is a pin from walls of another lap, that is, it touches them never
 
 
 class Pushed(NamedTuple):
@@ -53,29 +64,32 @@ class Pushed(NamedTuple):
 
 
 class Contacts:
-    """The contacts of a model; the first `faces` of them are those of levers."""
+    """The contacts of a model; the first `faces` of them are those of levers, and of P's slot."""
 
     def __init__(self, model: Model) -> None:
         layout, self.all = model.layout, model.contacts
-        self.faces = len(layout.faces)
+        straight = tuple(contact for contact in self.all if isinstance(contact, FaceContact))
+        self._count, walls = len(straight), len(self.all) - len(straight)
+        self.faces = len(layout.faces) + walls
         self.held = np.array([contact.side == 0 for contact in self.all], dtype=bool)
         self.length = np.array([contact.length for contact in self.all])
-        self._side = np.array([contact.side for contact in self.all])
+        self._side = np.array([contact.side for contact in straight])
+        self._is_held = np.array([contact.side == 0 for contact in straight], dtype=bool)
         self._laws, self._rubbing = Laws([contact.law for contact in self.all]), rubbing(self.all)
         pivots = {pivot.part: pivot for pivot in (layout.guide, *layout.levers)}
-        of_link = [contact for contact in self.all if contact.point.part in layout.rods]
-        corners = [contact for contact in self.all if contact.point.part not in layout.rods]
-        assert self.all == (*of_link, *corners)
+        of_link = [contact for contact in straight if contact.point.part in layout.rods]
+        corners = [contact for contact in straight if contact.point.part not in layout.rods]
+        assert straight == (*of_link, *corners)
         self._first_corner = len(of_link)
         turned = [pivots[contact.start.part] for contact in of_link]
         starts = [
             *(_from(contact.start, pivot) for contact, pivot in zip(of_link, turned, strict=True)),
             *(complex(corner.start.x, corner.start.y) for corner in corners),
         ]
-        along = np.array([_direction(contact) for contact in self.all], dtype=np.complex128)
+        along = np.array([_direction(contact) for contact in straight], dtype=np.complex128)
         self._back, self._start = along.conj(), along.conj() * np.array(starts)
         self._angle = np.array(
-            [layout.coordinate(contact.start.part) for contact in self.all], dtype=int
+            [layout.coordinate(contact.start.part) for contact in straight], dtype=int
         )
         self._origin = np.array([complex(*pivot.at) for pivot in turned])
         # Of those of the link: which point; of corners: from which end of a rod they are seen.
@@ -88,13 +102,18 @@ class Contacts:
 
     # --- where they are -----------------------------------------------------------------------
 
+    def inside(self, seen: Seen) -> FloatArray:
+        """How far (m) places are from the nearer ends of faces; infinite where there are none."""
+        ends = np.minimum(seen.place, self.length - seen.place)
+        return np.where(np.isinf(self.length), np.inf, ends)
+
     def look(self, at: Frame) -> Seen:
         """Return all contacts at instants."""
-        if not self.all:
+        if not self._count:
             return Seen(*np.zeros((4, len(at.q), 0)))
         back, arm, z = self._places(at, slice(None))
         going = at.going[:, self._point]
-        if self._first_corner < len(self.all):
+        if self._first_corner < self._count:
             corners = slice(self._first_corner, None)
             # A corner is where the guide turns it, seen from the end of a rod.
             turning = 1j * at.v[:, :1] * at.axes[:, :1] * self._corner
@@ -109,7 +128,7 @@ class Contacts:
         """What turns into the faces' axes, and there points from the origins, and from starts."""
         back = self._back[which] * at.axes[:, self._angle[which]].conj()
         if isinstance(which, slice):
-            which = np.arange(len(self.all))
+            which = np.arange(self._count)
         arms = at.points[:, self._point[which]]
         cut = int(np.searchsorted(which, self._first_corner))
         arms[:, :cut] -= self._origin[which[:cut]]
@@ -121,7 +140,7 @@ class Contacts:
 
     def _sides(self, z: ComplexArray, which: IndexArray | slice) -> FloatArray:
         """Sides (m, k) of faces that are free."""
-        side, held = self._side[which], self.held[which]
+        side, held = self._side[which], self._is_held[which]
         if held.any():
             side = np.where(held, np.where(z.imag > 0, -1.0, 1.0), side)
         return np.broadcast_to(side, z.shape)
@@ -176,6 +195,154 @@ class Contacts:
         drag = friction * np.maximum(pushed.press[0], 0.0) * (1 - rubbing**2) / creep
         stiffness = (across * pushed.by_gap[0]) @ pressed.T
         return stiffness, (across * pushed.by_rate[0]) @ pressed.T + (slid * drag) @ slid.T
+
+
+class PinOnTrack(TrackFollower):
+    """The place of a track next to a pin that has play there; `u` is the last accepted one.
+
+    At an open end the track goes on, and holds nothing.
+    """
+
+    def __init__(self, groove: Groove, place: float, events: list[Event]) -> None:
+        super().__init__(groove.slot, place, groove.lap, events)
+        self.groove = groove
+
+    def left(self, u: float) -> tuple[float, float]:
+        """How far a place is from the ends of the present piece after which another one comes."""
+        ahead, behind = super().left(u)
+        onward = (next_piece(self.curve, self.piece, self.lap, way) for way in (1, -1))
+        more, before = (piece is not None for piece in onward)
+        return ahead if more else np.inf, behind if before else np.inf
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Parameters between which a place is on the present piece."""
+        low, high = super().bounds
+        ahead, behind = self.left(self.u)
+        return low if behind < np.inf else -np.inf, high if ahead < np.inf else np.inf
+
+    @property
+    def shift(self) -> float:
+        """By how much the parameter of the whole curve is more than that of the present piece."""
+        return float(self.curve.breaks[self.piece] - self.present.start)
+
+    def feet(self, points: ComplexArray) -> tuple[FloatArray, Places]:
+        """Places (m,) of the present piece next to points (m,), downhill from the last one."""
+        places_of, piece = self.curve.pieces[self.piece].places, self.present
+        u = np.full(len(points), self.u)
+        for _ in range(NEWTON_STEPS):
+            place, first, second = places = places_of(u)
+            back, speed = (place - points).conj(), np.abs(first) ** 2
+            growth = speed + (back * second).real
+            step = (back * first).real / np.where(growth > LEAST_GROWTH * speed, growth, speed)
+            if not np.abs(step).max(initial=0.0) > FOOT_ROUNDING * (1 + abs(self.u)):
+                break
+            u = u - np.clip(step, -FARTHEST * piece.period, FARTHEST * piece.period)
+        return u, places
+
+
+NEWTON_STEPS = 60
+LEAST_GROWTH = 0.1  # of the slope's growth on a straight track: with less the pin is off its centre
+FOOT_ROUNDING = 1e-14  # of the parameter: a last change
+FARTHEST = 0.05  # of a piece: longest step of the search
+
+
+class WallsSeen(NamedTuple):
+    """Walls (k,) of a slot at instants (m,): gaps and rates (m, k), gradients (m, k, N).
+
+    `slide` has the gradients of places, with what friction takes of them (see `shapes.Look`), and
+    `bend` the second derivatives of gaps where no coordinate accelerates.
+    """
+
+    gap: FloatArray
+    gap_rate: FloatArray
+    slip: FloatArray
+    row: FloatArray
+    slide: FloatArray
+    bend: FloatArray
+
+
+class PinnedContacts(Contacts):
+    """As `Contacts`, with the walls of the slot in which P has play.
+
+    They come after the levers' contacts. Only those of the present lap are near.
+    """
+
+    def __init__(self, model: Model, pin: PinOnTrack) -> None:
+        super().__init__(model)
+        self._pin, count = pin, len(pin.groove.contacts)
+        first = len(model.layout.faces)
+        self._walls = np.arange(first, first + count)
+        # Numbers of all among the straight ones, -1 of walls.
+        numbers = np.arange(len(self.all)) - count * (np.arange(len(self.all)) >= first)
+        numbers[self._walls] = -1
+        self._straight = numbers
+        self._turns = model.layout.coordinate(model.layout.rods[0])
+
+    def look(self, at: Frame) -> Seen:
+        """Return all contacts at instants."""
+        seen, walls = super().look(at), self._look_at_walls(at, self._walls)
+        first, pin = int(self._walls[0]), self._pin
+        along = pin.curve.arc_length.to(pin.feet(at.points[:, 0])[0] + pin.shift)
+        places = np.repeat(along[:, None], len(self._walls), axis=1)
+        whole = zip(seen, (walls.gap, places, walls.gap_rate, walls.slip), strict=True)
+        return Seen(*(np.insert(part, [first], wall, axis=1) for part, wall in whole))
+
+    def _rows(self, at: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        straight = self._straight[which]
+        of_walls = straight < 0
+        if not of_walls.any():
+            return super()._rows(at, straight)
+        shape = (len(at.q), len(which))
+        gap, rows, slides = np.empty(shape), *np.zeros((2, *shape, at.q.shape[1]))
+        if not of_walls.all():
+            parts = super()._rows(at, straight[~of_walls])
+            gap[:, ~of_walls], rows[:, ~of_walls], slides[:, ~of_walls] = parts
+        walls = self._look_at_walls(at, which[of_walls])
+        gap[:, of_walls], rows[:, of_walls] = walls.gap, walls.row
+        slides[:, of_walls] = walls.slide
+        return gap, rows, slides
+
+    def bend(self, at: Frame, which: IndexArray) -> FloatArray:
+        """Second derivatives (m, k) of gaps where no coordinate accelerates."""
+        straight = self._straight[which]
+        of_walls = straight < 0
+        bends = np.empty((len(at.q), len(which)))
+        if not of_walls.all():
+            bends[:, ~of_walls] = super().bend(at, straight[~of_walls])
+        if of_walls.any():
+            bends[:, of_walls] = self._look_at_walls(at, which[of_walls]).bend
+        return bends
+
+    def _look_at_walls(self, at: Frame, which: IndexArray) -> WallsSeen:
+        """Look at some walls (k,)."""
+        groove, (point, going) = self._pin.groove, (at.points[:, 0], at.going[:, 0])
+        _, (place, first, second) = self._pin.feet(point)
+        speed = np.abs(first)
+        back = (first / speed).conj()
+        off, curvature = (back * (point - place)).imag, (first.conj() * second).imag / speed**3
+        by, moving = back[:, None] * at.by[:, 0], back * going
+        near = 1 - curvature * off
+        sides = np.array(groove.sides)[which - self._walls[0]]
+        gap = groove.clearance - sides * off[:, None]
+        # Friction acts where the radii divide the distance of the pin from the curve's centre.
+        touching = 1 - curvature[:, None] * sides * groove.clearance
+        pressed = np.where(gap < 0, near[:, None], touching)
+        farthest = np.maximum(touching, pressed)
+        arm = -sides * groove.radius * pressed / farthest
+        slides = (touching / farthest)[:, :, None] * by.real[:, None, :]
+        slides[:, :, self._turns] += arm
+        rows = -sides[:, None] * by.imag[:, None, :]
+        bent = (back * at.bends[:, 0]).imag - curvature * moving.real**2 / near
+        active, speeds = self._is_active(which), at.v[:, :, None]
+        rate, slip = (rows @ speeds)[:, :, 0], (slides @ speeds)[:, :, 0]
+        gap, rate = np.where(active, gap, AWAY), np.where(active, rate, 0.0)
+        return WallsSeen(gap, rate, slip, rows, slides, -sides * bent[:, None])
+
+    def _is_active(self, which: IndexArray) -> BoolArray:
+        """Which walls (k,) are those of the present lap."""
+        active = self._pin.groove.walls(self._pin.lap)
+        return np.isin(which - self._walls[0], active)
 
 
 def _from(point: Anchor, pivot: Pivot) -> complex:

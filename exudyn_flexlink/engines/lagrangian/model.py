@@ -20,7 +20,9 @@ of the rods, of masses m, Lagrange's equations then have
 J are moments of inertia: of rods about their centres, of guide and levers about their pivots.
 
 With play between link and guide all rods have angles of their own, the guide has its angle, and P's
-place u on its track is a coordinate: then it is ``gamma(u)``.
+place u on its track is a coordinate: then it is ``gamma(u)``. With play between P and its slot the
+coordinate is how far P is along the guide, rho: then P is at ``C + rho e(theta)``, with C the
+guide's pivot. With play in both, x and y of P are the last two coordinates.
 
 Vectors are complex numbers, x + i y; all arrays have instants, the stages of a step, first.
 """
@@ -45,6 +47,7 @@ from exudyn_flexlink.mechanism import (
     Applied,
     Assembly,
     Contact,
+    CurveContact,
     FaceContact,
     Mechanism,
     Motor,
@@ -87,7 +90,9 @@ class Layout:
     """Which parts are guide, link (its rods in order) and levers, what drives and what is struck.
 
     With `play` between link and guide, the angle of rod 1 and P's place on its track (the last
-    coordinate) are coordinates. Without it, the guide's angle determines both.
+    coordinate) are coordinates. Without it, the guide's angle determines both. If P `slides`, with
+    play in its slot, the last coordinate is its place along the guide; with both kinds of play the
+    last two are P's x and y.
     """
 
     guide: Pivot
@@ -97,12 +102,13 @@ class Layout:
     ramp: Ramp | None  # of that motor
     torques: tuple[tuple[TorqueMotor, Ramp], ...]
     play: bool
+    slides: bool
     faces: tuple[FaceContact, ...]
 
     @property
     def track_coordinate(self) -> int:
-        """Coordinate that determines where P is."""
-        return 1 + len(self.rods) + len(self.levers) if self.play else 0
+        """First coordinate that determines where P is."""
+        return len(self.rods) + len(self.levers) + self.play if self.play or self.slides else 0
 
     @property
     def way(self) -> float:
@@ -112,7 +118,7 @@ class Layout:
     @property
     def count(self) -> int:
         """Number of coordinates."""
-        return len(self.rods) + len(self.levers) + (2 if self.play else 0)
+        return len(self.rods) + len(self.levers) + 2 * self.play + self.slides
 
     def coordinate(self, part: int) -> int:
         """Coordinate that is the angle of a part; -1 for the ground."""
@@ -139,12 +145,12 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     sleeve = _only(scene, SleeveJoint, "sleeve", "a link that slides in a guide")
     slot = _only(scene, SlotJoint, "slot", "a link whose start runs along a curve")
     needs = ("joints", slot), "the Lagrangian engine needs"
-    if mechanism.slots[0].carrier != GROUND:
+    if mechanism.all_slots[0].carrier != GROUND:
         raise NotRepresentableError(needs[0], f"{needs[1]} a track that stands still")
     joint = scene.joints[sleeve]
     assert isinstance(joint, SleeveJoint)
     rods = mechanism.bodies[joint.link]
-    if mechanism.slots[0].anchor != Anchor(rods[0], 0.0, 0.0):
+    if mechanism.all_slots[0].anchor != Anchor(rods[0], 0.0, 0.0):
         raise NotRepresentableError(needs[0], f"{needs[1]} '{joint.link}.start' in the slot")
     guide = _guide(mechanism, joint.guide, sleeve, pivots)
     levers = _levers(mechanism, (guide.part, *rods), pivots, guide)
@@ -154,7 +160,8 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
         (torque, _ramp(torque.name, torque.size.value)) for torque in mechanism.torque_motors
     )
     faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
-    return Layout(guide, rods, levers, motor, ramp, torques, mechanism.has_play, faces)
+    play, slides = any(c.clearance > 0 for c in mechanism.channels), bool(mechanism.grooves)
+    return Layout(guide, rods, levers, motor, ramp, torques, play, slides, faces)
 
 
 def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -179,6 +186,14 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
     for force in mechanism.forces:
         yield ("drives", force.name), "no forces at points"
     yield from _other_springs(scene, mechanism)
+    yield from _rough_impacts(mechanism)
+
+
+def _rough_impacts(mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Slots whose walls rub in impacts, and what this engine lacks for them."""
+    for groove in mechanism.grooves:
+        if isinstance(groove.law, Impulse) and groove.friction is not None:
+            yield ("joints", groove.name, "law", "friction"), "no friction in impacts"
 
 
 def _other_springs(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -302,6 +317,8 @@ class Numbers:
     reaches: FloatArray  # (N,): of guide and levers from their pivots, m
     rods: slice  # the rods' coordinates
     track: int  # the coordinate that determines P's place
+    pivot: complex | None  # of the guide, m, along which P slides; None: it does not
+    free: bool  # whether P has two coordinates
 
     @property
     def ends(self) -> slice:
@@ -336,15 +353,26 @@ class Frame(NamedTuple):
 
 
 def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> Frame:
-    """Return the frame at all coordinates and speeds (m, N), where P's place is `track`."""
+    """Return the frame at all coordinates and speeds (m, N), where P's place is `track`.
+
+    Its derivatives are by the first coordinate that determines it; if P slides along the guide, the
+    guide's angle moves it, too.
+    """
     rod_rows, p, (place, first, second) = numbers.rods, numbers.track, track
     axes = np.exp(1j * q)
     rods, to_points = axes[:, rod_rows], numbers.arms.T
     by = np.zeros((len(q), *numbers.arms.shape[:1], q.shape[1]), dtype=np.complex128)
     by[:, :, rod_rows] = numbers.arms * (1j * rods)[:, None, :]
     by[:, :, p] += first[:, None]
+    if numbers.free:
+        by[:, :, p + 1] += 1j
     points = place[:, None] + rods @ to_points
     bends = (second * v[:, p] ** 2)[:, None] - (rods * v[:, rod_rows] ** 2) @ to_points
+    if numbers.pivot is not None:
+        across = 1j * (place - numbers.pivot)
+        by[:, :, 0] += across[:, None]
+        turned = 1j * v[:, 0] * (2 * first * v[:, p] + across * v[:, 0])
+        bends = bends + turned[:, None]
     going = np.asarray((by @ v[:, :, None])[:, :, 0], dtype=np.complex128)
     return Frame(q, v, axes, points, going, by, bends)
 
@@ -379,14 +407,14 @@ def moved_by(numbers: Numbers, at: Frame) -> ComplexArray:
 class Model:
     """The mechanism, its parts' roles, the constants of its equations.
 
-    The first `contacts` are those of levers, the others are the pairs of link and guide. `struck`
-    has the numbers of the link's points that are in contacts.
+    The first `contacts` are those of levers, then come walls of P's slot, then the pairs of link
+    and guide. `struck` has the numbers of the link's points that are in contacts.
     """
 
     assembly: Assembly
     layout: Layout
     numbers: Numbers
-    contacts: tuple[FaceContact, ...]
+    contacts: tuple[FaceContact | CurveContact, ...]
     struck: dict[Anchor, int]
 
     @property
@@ -407,11 +435,18 @@ class Model:
         for part in (*layout.rods, layout.guide.part, *(lever.part for lever in layout.levers)):
             k = layout.coordinate(part)
             q[k], v[k] = state.q[part, 2], state.v[part, 2]
-        if layout.play:
+        start = layout.rods[0]
+        if layout.slides and layout.play:
+            q[-2:], v[-2:] = state.q[start, :2], state.v[start, :2]
+        elif layout.slides:
+            (x, y), along = layout.guide.at, np.array([np.cos(q[0]), np.sin(q[0])])
+            q[-1] = (state.q[start, :2] - (x, y)) @ along
+            v[-1] = state.v[start, :2] @ along
+        elif layout.play:
             curve = self.mechanism.slots[0].curve
             piece, q[layout.track_coordinate] = curve.locate(float(state.places[0]))
             tangent = np.array(evaluator(curve.pieces[piece])(q[layout.track_coordinate])[2:4])
-            v[layout.track_coordinate] = state.v[layout.rods[0], :2] @ tangent / (tangent @ tangent)
+            v[layout.track_coordinate] = state.v[start, :2] @ tangent / (tangent @ tangent)
         return q, v
 
     def poses(self, at: Frame) -> tuple[FloatArray, FloatArray]:
@@ -444,11 +479,9 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
     mechanism = assembly.mechanism
     layout = layout_of(scene, mechanism)
     parts, rods = mechanism.parts, layout.rods
-    contacts = (
-        *layout.faces,
-        *(pair for channel in mechanism.channels for pair in channel.contacts),
-    )
-    arms, struck = _arms(mechanism, rods, contacts)
+    pairs = tuple(pair for channel in mechanism.channels for pair in channel.contacts)
+    walls = tuple(wall for groove in mechanism.grooves for wall in groove.contacts)
+    arms, struck = _arms(mechanism, rods, (*layout.faces, *pairs))
     inertias, reaches = np.zeros(layout.count), np.zeros(layout.count)
     moments = np.zeros(layout.count, dtype=np.complex128)
     for part in rods:
@@ -472,8 +505,10 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
         reaches=reaches,
         rods=slice(begin, begin + len(rods)),
         track=layout.track_coordinate,
+        pivot=complex(*layout.guide.at) if layout.slides and not layout.play else None,
+        free=layout.slides and layout.play,
     )
-    return Model(assembly, layout, numbers, contacts, struck)
+    return Model(assembly, layout, numbers, (*layout.faces, *walls, *pairs), struck)
 
 
 def _arms(

@@ -38,6 +38,7 @@ from exudyn_flexlink.engines.diagnostics import (
 )
 from exudyn_flexlink.engines.finer import seeded
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
+from exudyn_flexlink.engines.lagrangian.contacts import PinOnTrack
 from exudyn_flexlink.engines.lagrangian.model import (
     Frame,
     Model,
@@ -139,7 +140,7 @@ class Recorder(BlockRecorder):
         press[:, self.system.held] = held
         motor = self.system.motor_torque(at, a, held)
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
-        places = (at.place + self.system.track.shift)[:, None]
+        places = (at.place + self.system.track.shift)[:, None][:, : len(model.mechanism.slots)]
         kept = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
         return Kept(at.t, places, press, pressed, np.zeros((count, 2)), kept)
 
@@ -195,7 +196,7 @@ class Forces:
 
     @cached_property
     def _of_walls(self) -> FloatArray:
-        return np.asarray(self._pushes[len(self.model.layout.faces) :].sum(axis=0))
+        return np.asarray(self._pushes[len(self.model.mechanism.touching) :].sum(axis=0))
 
     @cached_property
     def _on_link(self) -> FloatArray:
@@ -208,6 +209,8 @@ class Forces:
     def slot(self) -> FloatArray:
         """Force of the track on P: all that the link lacks, or what it lacks along the guide."""
         lacking = _plane(self._link.momentum_rate) - self._on_link
+        if self.model.layout.slides:  # the walls are among what acts on the link
+            return np.zeros_like(lacking)
         if self.model.layout.play:
             return np.asarray(lacking)
         normal = self.model.mechanism.slots[0].curve.normal(self.kept.places[:, 0])
@@ -440,7 +443,9 @@ class Problem(HybridProblem):
         self.seen = Seen(*np.zeros((4, len(contacts.all))))
         self.look_now()
         faces = contacts.all[: contacts.faces]
-        pressed = pressed_among(faces, system.model.assembly.state.q)
+        idle = system.model.mechanism.idle_walls
+        touching = pressed_among(faces, system.model.assembly.state.q)
+        pressed = [k for k in touching if k not in idle]
         self.touches.start(
             np.where(np.isin(range(len(faces)), pressed), 0.0, self.seen.gap[: len(faces)])
         )
@@ -529,7 +534,7 @@ class Problem(HybridProblem):
     def _end_of_piece(self, step: Path, motion: Motion) -> list[Crossing]:
         """Where P comes to an end of its piece, from which it may be back before the step ends."""
         track, places = self.system.track, motion.place[1 : self._last + 1]
-        start, end = track.present.start - track.seam, track.present.end + track.seam
+        start, end = track.bounds
         if start <= places.min() and places.max() <= end:
             return []
         node = int(np.flatnonzero((places < start) | (places > end))[0])
@@ -619,7 +624,7 @@ class Problem(HybridProblem):
         self.recorder.take(step, motion)
         self.system.track.u = float(motion.place[self._last])
         contacts = self.system.contacts
-        inside = np.minimum(seen.place, contacts.length - seen.place)[: contacts.faces]
+        inside = contacts.inside(seen)[: contacts.faces]
         for k in np.flatnonzero(inside < 0).tolist():
             self.touches.beside(k, float(seen.gap[k]))
         for channel in self.system.model.mechanism.channels:
@@ -639,6 +644,9 @@ class Problem(HybridProblem):
         self.recorder.keep_last()
         track = self.system.track
         self.system.forget()
+        if isinstance(track, PinOnTrack):
+            self._next_piece_of_pin(track, way)
+            return
         before = track.at(np.array([track.u]))[1][0]
         if not track.next_piece(way, self.time):
             name = track.slot.name
@@ -650,14 +658,30 @@ class Problem(HybridProblem):
             self.q[-1] = track.u
             self.v[-1] *= abs(before) / abs(after)
 
+    def _next_piece_of_pin(self, track: PinOnTrack, way: int) -> None:
+        """Let the walls of the next lap, if one begins, take over from those of the present one."""
+        first = len(self.system.model.layout.faces)
+        before = [first + k for k in track.groove.walls(track.lap)]
+        track.next_piece(way, self.time)
+        after = [first + k for k in track.groove.walls(track.lap)]
+        seen = self.seen
+        self.look_now()
+        for old, new in zip(before, after, strict=True):
+            if old != new and self.touches.pressed[old]:
+                approach = float(self.touches.approach[old])
+                self.change(self.time, old, Change.OPENS, seen)
+                rates = self.seen.gap_rate.copy()
+                rates[new] = -approach
+                self.change(self.time, new, Change.CLOSES, self.seen._replace(gap_rate=rates))
+
     def settle_walls(self, time: float, contact: int | None = None) -> None:
         """Let all pairs that do so at an event of this `contact` begin or cease to press."""
         for k in np.flatnonzero(self._changed(time, contact)).tolist():
             self.change(time, k, self._happening(k), self.seen)
 
     def _happening(self, k: int) -> Change:
-        gap, place = float(self.seen.gap[k]), float(self.seen.place[k])
-        return self.touches.crossing(k, gap, min(place, self.system.contacts.length[k] - place))
+        inside = self.system.contacts.inside(self.seen)
+        return self.touches.crossing(k, float(self.seen.gap[k]), float(inside[k]))
 
     def change_face(self, time: float, k: int) -> None:
         """Let a contact of the scene begin, end, or bounce."""

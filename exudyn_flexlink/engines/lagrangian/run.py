@@ -118,7 +118,7 @@ def explicit(scene: Scene, mechanism: Mechanism) -> bool:
     Ever lower bounces need errors that are small beside the bounce, not beside a length.
     """
     asked = scene.solver.integrator == "dop853" or scene.accuracy.tolerance is None
-    return asked or any(isinstance(contact.law, Impulse) for contact in mechanism.contacts)
+    return asked or any(isinstance(contact.law, Impulse) for contact in mechanism.touching)
 
 
 def solve(prepared: Prepared) -> str:
@@ -158,7 +158,7 @@ def finish(prepared: Prepared, complaint: str) -> Result:
         settings=EngineSettings(replace(made_by, tolerance=prepared.tolerance)),
         drive_torques=forces.drive_torques(),
         drive_forces={},
-        slot_forces={model.mechanism.slots[0].name: forces.slot},
+        slot_forces={slot.name: forces.slot for slot in model.mechanism.slots},
         warnings=(
             *passed_on(prepared.problem.impacts.together, "each in turn"),
             *prepared.solution.creeps,

@@ -16,7 +16,12 @@ import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Places
-from exudyn_flexlink.engines.lagrangian.contacts import Contacts, Pushed
+from exudyn_flexlink.engines.lagrangian.contacts import (
+    Contacts,
+    PinnedContacts,
+    PinOnTrack,
+    Pushed,
+)
 from exudyn_flexlink.engines.lagrangian.model import (
     Frame,
     Model,
@@ -28,7 +33,7 @@ from exudyn_flexlink.engines.lagrangian.model import (
 from exudyn_flexlink.engines.touching import Side, Touches, press_by
 from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
 from exudyn_flexlink.integrate.problem import Evaluation, Press
-from exudyn_flexlink.mechanism import Seen
+from exudyn_flexlink.mechanism import Seen, place_in
 from exudyn_flexlink.result import Event
 
 NEWTON_STEPS = 30
@@ -199,11 +204,17 @@ class System:
 
     def __init__(self, model: Model, laps: list[Event]) -> None:
         self.model = model
-        self.contacts = Contacts(model)
-        self.touches = Touches(self.contacts.all, self.contacts.faces)
         state, layout = model.assembly.state, model.layout
-        slot = model.mechanism.slots[0]
-        self.track = TrackPoint(slot, float(state.places[0]), state.laps[0], laps)
+        self.track: TrackPoint | PinOnTrack
+        if layout.slides:
+            groove = model.mechanism.grooves[0]
+            self.track = PinOnTrack(groove, place_in(groove.slot, groove.lap, state.q), laps)
+            self.contacts: Contacts = PinnedContacts(model, self.track)
+        else:
+            slot = model.mechanism.slots[0]
+            self.track = TrackPoint(slot, float(state.places[0]), state.laps[0], laps)
+            self.contacts = Contacts(model)
+        self.touches = Touches(self.contacts.all, self.contacts.faces)
         self._centre = complex(*layout.guide.at)
         self._angle = float(model.start[0][0])
         self._timed: Timed | None = None
@@ -226,9 +237,9 @@ class System:
     def dead_centre(self) -> str:
         """Says so where the guide's angle does not tell where P is, or as good as not."""
         track = self.track
-        return (
-            "" if self.model.layout.play else track.trouble or track.touched_by_axis(self._centre)
-        )
+        if self.model.layout.play or not isinstance(track, TrackPoint):
+            return ""
+        return track.trouble or track.touched_by_axis(self._centre)
 
     def forget(self) -> None:
         """P goes on from another place, or on another piece."""
@@ -249,7 +260,7 @@ class System:
             return self._timed
         angle = self._angle + way * ramp.integrals(t)
         timed = Timed(t, angle, way * ramp.values(t), way * ramp.rates(t), motors)
-        if not layout.play:
+        if not layout.play and isinstance(self.track, TrackPoint):
             u, places = self.track.crossed(self._centre, np.exp(1j * angle))
             timed = timed._replace(place=u, track=places)
         self._timed = timed
@@ -267,6 +278,14 @@ class System:
             q = np.concatenate([now.angle[:, None], q], axis=1)
             v = np.concatenate([now.speed[:, None], v], axis=1)
         u, places = now.place, now.track
+        if not isinstance(self.track, TrackPoint):  # P slides along the guide, or goes anywhere
+            along = np.exp(1j * q[:, 0])
+            place = self._centre + q[:, -1] * along
+            if model.numbers.free:
+                along, place = np.ones_like(along), q[:, -2] + 1j * q[:, -1]
+            at = place, along, np.zeros_like(along)
+            frame = frame_of(model.numbers, q, v, at)
+            return frame, self.track.feet(frame.points[:, 0])[0]
         if model.layout.play:
             u = q[:, -1]
             places = self.track.at(u)
@@ -332,6 +351,10 @@ class System:
         What is held closed is as if behind a face that never opens.
         """
         contacts, faces = self.contacts, self.contacts.faces
+        endless = np.isinf(contacts.length)
+        if endless.any():  # they may be anywhere
+            place, slip = np.where(endless, 1.0, path.place), np.where(endless, 0.0, path.slip)
+            path = path._replace(place=place, slip=slip)
         closed = contacts.held | (self.touches.rigid & self.touches.pressed)
         if closed.any():
             path = path.closed(closed)
@@ -409,12 +432,14 @@ class System:
 
     def knots(self) -> list[tuple[FloatArray, FloatArray]]:
         """Of the track's present piece: where its third derivative jumps, and by how much."""
+        if self.model.layout.slides:
+            return []
         values, jumps = self.track.present.knots
         return [(values, jumps)]
 
     def places(self, at: Evaluation) -> list[float]:
-        """P's place on it."""
-        return [float(at.kept.place)]
+        """P's place on it, but for a pin with play: its track does not push it all the time."""
+        return [] if self.model.layout.slides else [float(at.kept.place)]
 
     def moved_by_point(self, k: int, at: Evaluation) -> float:  # noqa: ARG002
         """How much (m/s^2) things accelerate if the track pushes P aside by 1 m/s^2.
@@ -422,7 +447,7 @@ class System:
         Pushed aside, P slides along the guide by 1 / sine of the angle between the two, unless
         there is play between them.
         """
-        if not len(at.force):
+        if not len(at.force) or not isinstance(self.track, TrackPoint):
             return 0.0
         model, frame, place = self.model, at.kept.frame, np.array([float(at.kept.place)])
         along = self.track.at(place)[1][0]

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray
+from exudyn_flexlink.curves import Curve, next_lap
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     Moving,
@@ -35,6 +36,7 @@ from exudyn_flexlink.mechanism import (
     CurveContact,
     FlatContact,
     Foot,
+    Groove,
     Look,
     Mechanism,
     Poses,
@@ -42,8 +44,10 @@ from exudyn_flexlink.mechanism import (
     deepest_allowed,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout
+from exudyn_flexlink.result import Event
 
 MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
+AT_SEAM = 1e-9  # of a lap: there a pin begins the lap
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 
 
@@ -123,6 +127,63 @@ class CurveFollower:
             return self._closest.on_curve(seen.real, seen.imag)
         piece, near = self._held
         return piece, self._closest.on_piece(piece, seen.real, seen.imag, near)
+
+
+class LapFollower:
+    """Follows the pin of a slot with play along a closed curve, from lap to lap.
+
+    Only the walls of the present lap hold it; their numbers among all contacts begin at `first`.
+    """
+
+    seam = 1e-12  # of the parameter: so far beyond a lap is on it
+
+    def __init__(self, groove: Groove, first: int, events: list[Event]) -> None:
+        self.groove, self._first, self._events, self.lap = groove, first, events, groove.lap
+        self._searches = [wall.search for wall in groove.contacts[::2]]
+        self._u = 0.0  # where the last step ended
+
+    @property
+    def walls(self) -> list[int]:
+        """Numbers of the walls that hold it now."""
+        return [self._first + k for k in self.groove.walls(self.lap)]
+
+    def begin(self, seen: complex) -> None:
+        """Take up where the pin is at time 0; beside the seam it has just passed that."""
+        curve = self._curve
+        self._u = 0.5 * (curve.start + curve.end)
+        u = self._place(seen)
+        self._u = u - curve.period if curve.end - u <= AT_SEAM * curve.period else u
+
+    def follow(self, seen: complex) -> None:
+        """Take up where the pin is at the end of a step."""
+        self._u = self._place(seen)
+
+    def left(self, seen: complex) -> tuple[float, float]:
+        """How far the pin is from the end and the start of the lap, by what the curve sees."""
+        u = self._place(seen)
+        return self._curve.end - u, u - self._curve.start
+
+    def next_piece(self, way: int, time: float) -> bool:
+        """Go on into the next lap (way 1), or the one before (-1)."""
+        self.lap = next_lap(self.lap, way)
+        self._u = self._curve.start if way > 0 else self._curve.end
+        self._events.append(Event(time, "lap", self.groove.name, {"lap": float(self.lap)}))
+        return True
+
+    @property
+    def _number(self) -> int:
+        return self.groove.walls(self.lap).start // 2
+
+    @property
+    def _curve(self) -> Curve:
+        return self.groove.curves[self._number]
+
+    def _place(self, seen: complex) -> float:
+        """Parameter of the lap's curve, which counts on beyond the seam."""
+        curve = self._curve
+        piece, u = self._searches[self._number].on_curve(seen.real, seen.imag)
+        u += float(curve.breaks[piece]) - curve.pieces[piece].start
+        return u + curve.period * round((self._u - u) / curve.period)
 
 
 class TableFollower:
@@ -315,8 +376,13 @@ class TreeContacts:
     """
 
     def __init__(
-        self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
+        self,
+        layout: TreeLayout,
+        kinematics: LinkKinematics,
+        mechanism: Mechanism,
+        events: list[Event],
     ) -> None:
+        """`events` are told of new laps of slots with play."""
         self.all = mechanism.contacts_and_pairs
         self.count = len(mechanism.touching)
         self.layout, self.kinematics = layout, kinematics
@@ -341,6 +407,12 @@ class TreeContacts:
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self.whole_group = ContactGroup(self, range(len(self.all)), places=True)
         self.scene_group = self.group(tuple(range(self.count)))
+        self.laps = [
+            LapFollower(groove, first, events)
+            for first, groove in zip(mechanism.first_walls, mechanism.grooves, strict=True)
+            if groove.slot.curve.closed
+        ]
+        self.idle = mechanism.idle_walls  # of laps in which no pin is
 
     # --- where they are -----------------------------------------------------------------------
 
@@ -392,6 +464,10 @@ class TreeContacts:
             self.curves[k].follow(complex(self._view(k, x[None], x)[0]) if presses else None)
         if k in self.tables:
             self.tables[k].follow(float(self._depth(k, x[None], x)[0]) if presses else None)
+
+    def lap_views(self) -> list[tuple[LapFollower, Callable[..., ComplexArray]]]:
+        """Pins that are followed from lap to lap, and what their curves see of them."""
+        return [(pin, partial(self._view, pin.walls[0])) for pin in self.laps]
 
     def followed(self, k: int) -> list[tuple[CurveFollower | TableFollower, Callable[..., Any]]]:
         """What is followed along pieces while contact k presses, and where it is."""

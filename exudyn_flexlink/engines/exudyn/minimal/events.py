@@ -29,7 +29,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.minimal.contacts import CurveFollower, TableFollower, Touch
+from exudyn_flexlink.engines.exudyn.minimal.contacts import (
+    CurveFollower,
+    LapFollower,
+    TableFollower,
+    Touch,
+)
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.friction import STILL, JointFrictions
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
@@ -389,7 +394,7 @@ class Overlooked:
 
 Goal = Callable[[FloatArray], float]
 """Angle still to turn at all coordinates of the tree."""
-Followed = TrackPoint | CurveFollower | TableFollower
+Followed = TrackPoint | CurveFollower | TableFollower | LapFollower
 PlaceOf = Callable[[FloatArray, FloatArray], Any]
 """Places (n,) of what is followed, by coordinates (n, links) and slots' places (n, slots)."""
 Following = tuple[Followed, PlaceOf]
@@ -447,6 +452,8 @@ class EventFinder:
             self._sides.beside(k, float(self.seen.gap[k]))
         for k in {**self._contacts.curves, **self._contacts.tables}:
             self._contacts.follow(k, end.x, presses=self.presses(k))
+        for pin, view in self._contacts.lap_views():
+            pin.follow(complex(view(end.x[None], end.x)[0]))
 
     def presses(self, k: int) -> bool:
         """Tell whether contact k does."""
@@ -563,6 +570,7 @@ class EventFinder:
         followed: list[Following] = [(points[k], partial(_place_of, k)) for k in leaving]
         for k in self._sides.pressing:
             followed += self._contacts.followed(k)
+        followed += self._contacts.lap_views()
         if not followed:
             return []
         nodes = np.vstack([stages.x[:-1], end.x]), passed
@@ -606,10 +614,10 @@ class EventFinder:
         self, step: Step, nodes: Poses, end: TreeState, path: tuple[Seen, IndexArray]
     ) -> list[Crossing]:
         numbers = range(self._count)
-        free = [not self.presses(k) and not self.let_go(k) for k in numbers]
-        held = [k for k in numbers if not free[k]]
+        held = [k for k in numbers if self.presses(k) or self.let_go(k)]
+        free = np.array([k for k in numbers if k not in {*held, *self._contacts.idle}], dtype=int)
         times = [(self._change(k, step), k) for k in self._restless(step, *path, held)]
-        for k, search in self._flights(step, nodes, end, np.flatnonzero(free)):
+        for k, search in self._flights(step, nodes, end, free):
             times.append((self._closing(k, first_part(search), step), k))
         guard = self._changes.contact_guard
         return [Crossing(time, guard(k)) for time, k in times if time is not None]

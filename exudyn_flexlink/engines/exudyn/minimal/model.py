@@ -100,7 +100,7 @@ class MinimalModel:
         self.loads = Loads(layout, self.kinematics, mechanism)
         self.window = Window()
         self.trouble: tuple[float, Any] | None = None  # of the last evaluation that failed, and s
-        self.contacts = TreeContacts(layout, self.kinematics, mechanism)
+        self.contacts = TreeContacts(layout, self.kinematics, mechanism, events)
         self.touches = Touches(self.contacts.all, self.contacts.count)
         self.rigid = RigidContacts(self.contacts, self.touches)
         self.frictions = JointFrictions(layout, mechanism.frictions, self.coordinates, self.rigid)

@@ -17,7 +17,7 @@ from exudyn_flexlink.engines.diagnostics import (
     LOSE_SPEED,
     broken_wall,
 )
-from exudyn_flexlink.engines.exudyn.minimal.contacts import TableFollower, Touch
+from exudyn_flexlink.engines.exudyn.minimal.contacts import LapFollower, TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     EventFinder,
@@ -80,11 +80,13 @@ class MinimalProblem:
 
     def __post_init__(self) -> None:
         contacts, assembly = self.model.contacts, self.model.assembly
-        pressed = pressed_among(assembly.mechanism.touching, assembly.state.q)
+        touching = pressed_among(assembly.mechanism.touching, assembly.state.q)
+        pressed = [k for k in touching if k not in contacts.idle]
         self.finder = EventFinder(self.model, self.goal, self)
         springs = contacts.lets_go.copy()
         springs[pressed] = True
         self.model.touches.start(np.where(springs, 0.0, self.finder.seen.gap)[: contacts.count])
+        self._begin_laps()
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
@@ -106,6 +108,14 @@ class MinimalProblem:
             if contacts.pressed_by(k, touch) > 0 if contacts.lets_go[k] else k in pressed:
                 self.change(0.0, k, Change.CLOSES, touch)
                 contacts.follow(k, self.model.start[0], presses=True)
+
+    def _begin_laps(self) -> None:
+        """Let pins of slots with play be in the laps in which they start."""
+        contacts, x = self.model.contacts, self.model.start[0]
+        for k in contacts.idle:
+            self.model.touches.idle(k)
+        for pin, view in contacts.lap_views():
+            pin.begin(complex(view(x[None], x)[0]))
 
     @property
     def over(self) -> bool:
@@ -268,7 +278,10 @@ class MinimalProblem:
 
     def next_piece(self, point: Followed, way: int, time: float) -> None:
         """Go on along the next piece of a curve or a table; where there is none, the run stops."""
+        before = point.walls if isinstance(point, LapFollower) else []
         if point.next_piece(way, time):
+            if isinstance(point, LapFollower) and point.walls != before:
+                self._change_walls_of_lap(time, before, point.walls)
             return
         if isinstance(point, TableFollower):
             self.stop_reason = f"the table of forces of '{point.name}' ends there"
@@ -276,6 +289,22 @@ class MinimalProblem:
         elif isinstance(point, TrackPoint):
             self.stop_reason = f"the point of slot '{point.slot.name}' reached the curve's end"
             self.stop_advice = "lengthen the curve, or end the run before"
+
+    def _change_walls_of_lap(self, time: float, before: list[int], after: list[int]) -> None:
+        """Let walls of one lap take over from those of another; what presses goes on to press."""
+        contacts, touches = self.model.contacts, self.model.touches
+        contacts.idle = contacts.idle - {*after} | {*before}
+        for old, new in zip(before, after, strict=True):
+            pressed, approach = self.finder.presses(old), float(touches.approach[old])
+            if pressed:
+                self.change(time, old, Change.OPENS, self.finder.touch(old))
+                contacts.follow(old, self.finder.x, presses=False)
+            touches.idle(old)
+            touches.idle(new, idle=False)
+            if pressed:
+                touch = self.finder.touch(new)._replace(gap_rate=-approach)
+                self.change(time, new, Change.CLOSES, touch)
+                contacts.follow(new, self.finder.x, presses=True)
 
     def strike(self, time: float, k: int, pulled: int | None = None) -> None:
         """Let a contact by impulse bounce, begin or end, and what follows of that.
