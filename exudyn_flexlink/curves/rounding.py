@@ -190,7 +190,8 @@ def _fillet(corner: _Corner, radius: float) -> _Fillet | None:
     across = (first.conjugate() * second).imag
     a = way * radius * (second - first) / across
     b = (bends[0] * second - bends[1] * first) / across
-    half, rest = 1 - (a * b.conjugate()).real, abs(a) ** 2 - radius**2
+    half = 1 - (a * b.conjugate()).real
+    rest = abs(a) ** 2 - radius**2
     root = half**2 - abs(b) ** 2 * rest
     if half <= 0 or root < 0:
         return None
@@ -200,9 +201,8 @@ def _fillet(corner: _Corner, radius: float) -> _Fillet | None:
     if min(before.taken, after.taken) < 0:
         return None
     begin, end = (way * phase(-1j * way * touch.along) for touch in (before, after))
-    arc = CornerArc(
-        (centre.real, centre.imag), (radius, way * radius), 0.0, begin, begin + (end - begin) % TURN
-    )
+    last = begin + (end - begin) % TURN
+    arc = CornerArc((centre.real, centre.imag), (radius, way * radius), 0.0, begin, last)
     return _Fillet(arc, before.taken, after.taken)
 
 

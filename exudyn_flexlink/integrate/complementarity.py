@@ -109,37 +109,39 @@ def rubbing_impact(
     scale = np.sqrt(np.diag(mobility))
     scale = np.where(scale > 0, scale, scale.max(initial=0.0) or 1.0)
     system = mobility / scale[:, None] / scale
-    start, wanted = begin / scale, (begin[:count] + restitution * before[:count]) / scale[:count]
+    start = begin / scale
+    parting = begin[:count] + restitution * before[:count]
+    wanted = parting / scale[:count]
     grips = friction * scale[count:] / scale[:count]
     choices = [(OPEN, STICKS, SLIDES, SLIDES_BACK) if mu > 0 else (OPEN, SLIDES) for mu in friction]
     modes = np.array(list(product(*choices)))
     equations, right = _equations(modes, system, wanted, start[count:], grips)
     impulses = (np.linalg.pinv(equations, rcond=RANK) @ right[..., None])[..., 0]
     impulses[np.tile(modes == OPEN, 2)] = 0.0  # exactly
-    off = np.abs((equations @ impulses[..., None])[..., 0] - right).max(axis=1, initial=0.0)
+    left = (equations @ impulses[..., None])[..., 0] - right
+    off = np.abs(left).max(axis=1, initial=0.0)
     after = start + impulses @ system.T
-    enough = PUSH_ROUNDING * max(np.abs(start).max(initial=0.0), np.abs(wanted).max(initial=0.0))
+    largest = max(np.abs(start).max(initial=0.0), np.abs(wanted).max(initial=0.0))
+    enough = PUSH_ROUNDING * largest
     across, along = impulses[:, :count], impulses[:, count:]
-    margins = np.concatenate(
-        [
-            across,
-            wanted + after[:, :count] - start[:count],
-            grips * across - np.abs(along),
-            np.where(modes == SLIDES, after[:, count:], 0.0) * (friction > 0),
-            np.where(modes == SLIDES_BACK, -after[:, count:], 0.0),
-        ],
-        axis=1,
-    )
-    fits = (margins.min(axis=1, initial=0.0) >= -enough) & (off <= enough)
+    opens = wanted + after[:, :count] - start[:count]
+    grip = grips * across - np.abs(along)
+    ways = np.select([modes == SLIDES, modes == SLIDES_BACK], [1.0, -1.0], 0.0)
+    slides = ways * after[:, count:] * (friction > 0)
+    margins = np.concatenate([across, opens, grip, slides], axis=1)
+    least = margins.min(axis=1, initial=0.0)
+    fits = (least >= -enough) & (off <= enough)
     if not fits.any():
         raise ArithmeticError("no impulses fit restitution and friction of all of them")
     answers, ends = impulses[fits], after[fits]
     apart = np.abs(ends - ends[0]).max(initial=0.0)
-    if apart > SAME_ANSWER * max(np.abs(ends).max(initial=0.0), np.abs(start).max(initial=0.0)):
+    fastest = max(np.abs(ends).max(initial=0.0), np.abs(start).max(initial=0.0))
+    if apart > SAME_ANSWER * fastest:
         raise ArithmeticError("friction leaves more than one answer for what they do")
     # Of answers with the same speeds, the one whose largest impulse is least.
     best = np.abs(answers).max(axis=1, initial=0.0).argmin()
-    impulse, end = answers[best] / scale, ends[best] * scale
+    impulse = answers[best] / scale
+    end = ends[best] * scale
     gained = impulse @ (begin + end) / 2
     size = np.abs(impulse) @ (np.abs(begin) + np.abs(end)) / 2
     if gained > SAME_ANSWER * size:
@@ -158,5 +160,7 @@ def _equations(
     slides = same[count:] + (way * grips)[..., None] * same[:count]
     across = np.where(closed, system[:count], same[:count])
     along = np.where(sticks, system[count:], slides)
-    right = [np.where(closed[..., 0], -wanted, 0.0), np.where(sticks[..., 0], -slip, 0.0)]
-    return np.concatenate([across, along], axis=1), np.concatenate(right, axis=1)
+    opened = np.where(closed[..., 0], -wanted, 0.0)
+    stopped = np.where(sticks[..., 0], -slip, 0.0)
+    matrices = np.concatenate([across, along], axis=1)
+    return matrices, np.concatenate([opened, stopped], axis=1)

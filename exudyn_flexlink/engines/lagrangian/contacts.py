@@ -294,7 +294,8 @@ class PinnedContacts(Contacts):
         if not of_walls.any():
             return super()._rows(at, straight)
         shape = (len(at.q), len(which))
-        gap, rows, slides = np.empty(shape), *np.zeros((2, *shape, at.q.shape[1]))
+        gap = np.empty(shape)
+        rows, slides = np.zeros((2, *shape, at.q.shape[1]))
         if not of_walls.all():
             parts = super()._rows(at, straight[~of_walls])
             gap[:, ~of_walls], rows[:, ~of_walls], slides[:, ~of_walls] = parts
@@ -316,12 +317,15 @@ class PinnedContacts(Contacts):
 
     def _look_at_walls(self, at: Frame, which: IndexArray) -> WallsSeen:
         """Look at some walls (k,)."""
-        groove, (point, going) = self._pin.groove, (at.points[:, 0], at.going[:, 0])
+        groove = self._pin.groove
+        point, going = at.points[:, 0], at.going[:, 0]
         _, (place, first, second) = self._pin.feet(point)
         speed = np.abs(first)
         back = (first / speed).conj()
-        off, curvature = (back * (point - place)).imag, (first.conj() * second).imag / speed**3
-        by, moving = back[:, None] * at.by[:, 0], back * going
+        off = (back * (point - place)).imag
+        curvature = (first.conj() * second).imag / speed**3
+        by = back[:, None] * at.by[:, 0]
+        moving = back * going
         near = 1 - curvature * off
         sides = np.array(groove.sides)[which - self._walls[0]]
         gap = groove.clearance - sides * off[:, None]

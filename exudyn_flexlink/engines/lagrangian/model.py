@@ -371,7 +371,8 @@ def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> F
     if numbers.pivot is not None:
         across = 1j * (place - numbers.pivot)
         by[:, :, 0] += across[:, None]
-        turned = 1j * v[:, 0] * (2 * first * v[:, p] + across * v[:, 0])
+        passing = 2 * first * v[:, p] + across * v[:, 0]
+        turned = 1j * v[:, 0] * passing
         bends = bends + turned[:, None]
     going = np.asarray((by @ v[:, :, None])[:, :, 0], dtype=np.complex128)
     return Frame(q, v, axes, points, going, by, bends)
@@ -437,7 +438,8 @@ class Model:
             q[k], v[k] = state.q[part, 2], state.v[part, 2]
         start = layout.rods[0]
         if layout.slides and layout.play:
-            q[-2:], v[-2:] = state.q[start, :2], state.v[start, :2]
+            q[-2:] = state.q[start, :2]
+            v[-2:] = state.v[start, :2]
         elif layout.slides:
             (x, y), along = layout.guide.at, np.array([np.cos(q[0]), np.sin(q[0])])
             q[-1] = (state.q[start, :2] - (x, y)) @ along

@@ -112,11 +112,10 @@ def jump_of(
     """
     state: TreeState = at.kept.state
     matrix, count = state.transform.matrix, len(laws)
+    of_contacts = np.concatenate([gaps.rows, gaps.slides])
     struck = joints.struck(at)
-    sliding = np.concatenate([gaps.rows, gaps.slides]) @ matrix
-    felt = mobility_between(at.mass, sliding, joints.rows[struck] @ matrix)
-    struck = struck[felt]
-    rows = np.concatenate([gaps.rows, gaps.slides, joints.rows[struck]])
+    struck = struck[moved_by(of_contacts @ matrix, joints.rows[struck] @ matrix, at.mass)]
+    rows = np.concatenate([of_contacts, joints.rows[struck]])
     free = rows @ matrix
     free[:count] = gaps.free
     mobility = free @ np.linalg.solve(at.mass, free.T)
@@ -126,35 +125,40 @@ def jump_of(
         bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck)
         blow = _with_joints(mobility, gaps, restitution, laws, bounds)
     else:
-        blow, speeds = _blow(mobility, gaps, restitution, laws), np.zeros(0)
+        blow = _blow(mobility, gaps, restitution, laws)
+        speeds = np.zeros(0)
     impulses = np.concatenate([blow.push, blow.rub, blow.joints])
     # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
     before = gaps.touching[:, 1]
     jumps = np.linalg.solve(at.mass, free.T) * impulses
     drives = at.kept.mass @ matrix @ jumps - rows.T * impulses
     work = drives.T @ state.v
-    by_joints = impulses[2 * count :]
-    slid = speeds + speeds + mobility[2 * count :] @ impulses
+    of_each, of_joints = work[:count] + work[count : 2 * count], work[2 * count :].sum()
+    turned = speeds + speeds + mobility[2 * count :] @ impulses
     joints_lost = np.zeros(len(joints.all))
-    joints_lost[struck] = -0.5 * by_joints * slid
+    joints_lost[struck] = -0.5 * blow.joints * turned
+    closed = blow.push * (before + blow.after)
+    slid = blow.rub * (gaps.slip + blow.slip)
     return Jump(
         jumps.sum(axis=1),
         blow.push,
         before,
         blow.after,
-        -0.5 * (blow.push * (before + blow.after) + blow.rub * (gaps.slip + blow.slip)),
-        np.append(work[:count] + work[count : 2 * count], work[2 * count :].sum()),
+        -0.5 * (closed + slid),
+        np.append(of_each, of_joints),
         blow.rub,
         joints_lost,
     )
 
 
-def mobility_between(mass: FloatArray, rows: FloatArray, others: FloatArray) -> BoolArray:
+def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArray:
     """Tell which of `others` (k, n) impulses along some rows (m, n) move."""
-    arms = np.linalg.solve(mass, np.concatenate([rows, others]).T)
-    sizes = np.sqrt(np.einsum("kn,nk->k", np.concatenate([rows, others]), arms))
+    both = np.concatenate([rows, others])
+    arms = np.linalg.solve(mass, both.T)
+    sizes = np.sqrt(np.einsum("kn,nk->k", both, arms))
     moved = np.abs(others @ arms[:, : len(rows)])
-    return (moved > NOTHING_PASSED_ON * sizes[len(rows) :, None] * sizes[: len(rows)]).any(axis=1)
+    least = NOTHING_PASSED_ON * sizes[len(rows) :, None] * sizes[: len(rows)]
+    return np.asarray((moved > least).any(axis=1))
 
 
 def _blow(
@@ -189,7 +193,8 @@ def _blow(
     push = complementary(across, (1 + restitution) * before)
     after = before + across @ push
     after = np.where(push > 0, -restitution * before, after)
-    rub, slip = np.zeros(count), gaps.slip + mobility[count:, :count] @ push
+    rub = np.zeros(count)
+    slip = gaps.slip + mobility[count:, :count] @ push
     for c, law in enumerate(laws):
         if law.friction is None:
             continue
@@ -233,17 +238,13 @@ def _with_joints(
     contacts = 2 * len(laws)
     rub = np.zeros(len(joints.shares))
     for _ in range(MOST_ROUNDS):
-        blow = _blow(
-            mobility[:contacts, :contacts],
-            gaps,
-            restitution,
-            laws,
-            mobility[:contacts, contacts:] @ rub,
-        )
-        of_contacts = np.concatenate([blow.push, blow.rub])
-        felt = np.einsum("kji,k->ji", joints.felt, np.append(of_contacts, rub))
+        of_contacts = mobility[:contacts, :contacts]
+        by_joints = mobility[:contacts, contacts:] @ rub
+        blow = _blow(of_contacts, gaps, restitution, laws, by_joints)
+        impulses = np.concatenate([blow.push, blow.rub])
+        felt = np.einsum("kji,k->ji", joints.felt, np.append(impulses, rub))
         bound = joints.shares * np.linalg.norm(felt, axis=1)
-        free = joints.speeds + mobility[contacts:, :contacts] @ of_contacts
+        free = joints.speeds + mobility[contacts:, :contacts] @ impulses
         limits = joints.joints.bounds(bound, joints.which)
         before, rub = rub, within_bounds(mobility[contacts:, contacts:], free, limits)
         if np.abs(rub - before).max() <= SEARCH_ROUNDING * np.abs(rub).max():
