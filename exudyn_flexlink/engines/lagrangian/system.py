@@ -282,7 +282,8 @@ class System:
             along = np.exp(1j * q[:, 0])
             place = self._centre + q[:, -1] * along
             if model.numbers.free:
-                along, place = np.ones_like(along), q[:, -2] + 1j * q[:, -1]
+                along = np.ones_like(along)
+                place = q[:, -2] + 1j * q[:, -1]
             at = place, along, np.zeros_like(along)
             frame = frame_of(model.numbers, q, v, at)
             return frame, self.track.feet(frame.points[:, 0])[0]
