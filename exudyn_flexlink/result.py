@@ -320,12 +320,12 @@ class ContactHistory:
 
 @dataclass(frozen=True)
 class SleeveHistory:
-    """How a link met the walls of its guide.
+    """How a link met the walls of its guide, or a pin those of its slot.
 
     `pairs` names what can touch, `sides` the side of the link on which it does (+1 upper, -1 lower,
-    0 both), `force` (samples, pairs) holds the normal forces in N, `deepest` is the largest
-    penetration of any pair in m. A sleeve without clearance that supports its rods holds them all
-    the time: it has forces and no touches.
+    0 both), or of the slot's curve (+1 left, -1 right). `force` (samples, pairs) holds the normal
+    forces in N, `deepest` is the largest penetration of any pair in m. A sleeve without clearance
+    that supports its rods holds them all the time: it has forces and no touches.
     """
 
     pairs: Annotated[tuple[str, ...], Variable(".pairs", "", "what can touch", kind=str)]
@@ -429,7 +429,8 @@ class Result:
     global axes, at the point of each drive that has one, or on the second part of its joint),
     `joint_forces` (N, (N, 2), global axes, on the second point's body of a revolute joint, also
     with clearance, of a prismatic one, or of a weld),
-    `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot) and `spring_forces`
+    `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot, also with clearance)
+    and `spring_forces`
     (N, (N, 2), global axes, of linear springs with their dampers on the second point; what only
     pulls or pushes, such as a rope, is among `contacts`) are by the scene's names. So are
     `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls: what the second wheel
@@ -463,7 +464,7 @@ class Result:
     spring_forces: Annotated[Series, Variable("time", None, "force of a spring", components=FORCES)]
     contacts: Mapping[str, ContactHistory]
     bearings: Mapping[str, ContactHistory]  # of the revolute joints with clearance
-    sleeves: Mapping[str, SleeveHistory]  # of the joints whose walls or axis press on the link
+    sleeves: Mapping[str, SleeveHistory]  # of sleeves and slots whose walls or axis press
     energy: EnergyHistory
     extremes: Mapping[str, Extremes]
     laps: tuple[Event, ...]

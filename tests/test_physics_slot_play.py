@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from physics_tools import alone, run, scene, where
 
+from exudyn_flexlink.continuing import continued, free_spans
 from exudyn_flexlink.effects import absent, idealise
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.observables import contact_totals
+from exudyn_flexlink.plots.outline import slot_walls
+from exudyn_flexlink.report import check_text
+from exudyn_flexlink.scene import Run
 
 # --- a disc in a straight level slot, under gravity -------------------------------------------
 
@@ -249,6 +253,34 @@ def test_a_pin_starts_in_the_middle_and_moves_with_its_curve():
     assert absent(ideal, ["clearance"]) == ["clearance"]
     joint = ideal.joints["slot"]
     assert (joint.clearance, joint.law, joint.radius) == (0.0, None, 0.0)
+
+
+def test_a_run_goes_on_in_the_lap_in_which_its_pin_was():
+    """Continued while the pin flies, it comes to the same end as without a stop."""
+    whole = alone(LAPS.format(law="{type: impulse, restitution: 1}", speed=1.0))
+    second, third = (lap.time for lap in whole.laps)
+    begin, end = next(span for span in free_spans(whole) if second < span[0] and span[1] < third)
+    at = whole.time[(whole.time > begin) & (whole.time < end)][0]
+    scene_on = continued(whole, float(at))
+    assert scene_on.initial.laps == {"slot": 2}
+    rest = simulate(scene_on.changed(run=Run(duration=float(whole.time[-1] - at))))
+    assert rest.poses[-1] == pytest.approx(whole.poses[-1], abs=1e-5)
+    assert [lap.details["lap"] for lap in rest.laps] == [3.0]
+
+
+def test_the_slot_is_drawn_as_wide_as_it_is():
+    mechanism = assemble_scene(scene(HOOP.format(friction=0, duration=1))).mechanism
+    (groove,) = mechanism.grooves
+    inner, outer = (np.hypot(*wall.places.T) for wall in slot_walls(groove))
+    np.testing.assert_allclose(inner, 0.1 - 0.005, rtol=1e-12)
+    np.testing.assert_allclose(outer, 0.1 + 0.005, rtol=1e-12)
+
+
+def test_check_tells_play_pin_and_walls():
+    whole = scene(HOOP.format(friction=0.2, duration=1))
+    told = " ".join(check_text(whole, assemble_scene(whole)).split())
+    assert "pin.centre on hoop, clearance 0.001 m on each side, pin of radius 0.004 m" in told
+    assert "pin at pin.centre between" in told
 
 
 def test_the_result_speaks_of_the_walls():

@@ -186,11 +186,10 @@ class Histories:
         """Force (samples, 2), N, of each slot with play on its pin."""
         forces, press = {}, self.kept.press
         for first, groove in zip(self.mechanism.first_walls, self.mechanism.grooves, strict=True):
-            pushes = [
-                push_of(wall, self.poses, self.rates, press[:, k])
-                for k, wall in enumerate(groove.contacts, start=first)
-            ]
-            forces[groove.name] = np.sum(pushes, axis=0)
+            push = np.zeros((len(press), 2))
+            for k, wall in enumerate(groove.contacts, start=first):
+                push += push_of(wall, self.poses, self.rates, press[:, k])
+            forces[groove.name] = push
         return forces
 
     def _frictions(self, *columns: FloatArray) -> dict[str, FrictionHistory]:

@@ -475,16 +475,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         frictions=tuple(_joint_frictions(bodies)),
         gears=tuple(build_gears(bodies)),
         grooves=tuple(
-            Groove(
-                slots[n],
-                j.clearance,
-                j.radius,
-                pressing_law(scene, j.acting),
-                _friction(j.acting),
-                scene.initial.laps.get(n, 1),
-            )
-            for n, j in slotted.items()
-            if j.acting
+            _groove(scene, slots[n], j, j.acting) for n, j in slotted.items() if j.acting
         ),
     )
 
@@ -524,6 +515,13 @@ def _channel(bodies: Bodies, name: str, joint: specs.SleeveJoint, law: specs.Pen
         penalty_of(bodies.scene, law),
         _friction(law),
     )
+
+
+def _groove(
+    scene: specs.Scene, slot: Slot, joint: SlotJoint, law: specs.PenaltyLaw | specs.RubbingImpulse
+) -> Groove:
+    pressing, lap = pressing_law(scene, law), scene.initial.laps.get(slot.name, 1)
+    return Groove(slot, joint.clearance, joint.radius, pressing, _friction(law), lap)
 
 
 FREE_WAYS = {"forward": 1, "backward": -1}

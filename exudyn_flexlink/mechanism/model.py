@@ -464,9 +464,10 @@ class Groove:
     @cached_property
     def contacts(self) -> tuple[CurveContact, ...]:
         """Left wall and right wall, of each of the curves."""
-        return tuple(
-            self._wall(number, side) for number in range(len(self.curves)) for side in (LEFT, RIGHT)
-        )
+        walls = []
+        for number in range(len(self.curves)):
+            walls += [self._wall(number, LEFT), self._wall(number, RIGHT)]
+        return tuple(walls)
 
     @property
     def sides(self) -> tuple[float, ...]:
@@ -479,17 +480,13 @@ class Groove:
         return range(first, first + 2)
 
     def _wall(self, number: int, side: float) -> CurveContact:
-        of_lap = f" of curve {number + 1}" if len(self.curves) > 1 else ""
+        name = f"{self.name}: {_SLOT_WALLS[side]} wall"
+        if len(self.curves) > 1:
+            name += f" of curve {number + 1}"
+        slot, half = self.slot, self.radius + self.clearance
+        curve, laws = self.curves[number], (self.law, self.friction)
         return CurveContact(
-            f"{self.name}: {_SLOT_WALLS[side]} wall{of_lap}",
-            self.slot.anchor,
-            self.curves[number],
-            self.slot.carrier,
-            -side,
-            self.radius,
-            self.law,
-            self.friction,
-            self.radius + self.clearance,
+            name, slot.anchor, curve, slot.carrier, -side, self.radius, *laws, offset=half
         )
 
 
@@ -757,18 +754,20 @@ class Mechanism:
     @property
     def first_walls(self) -> list[int]:
         """Number of the first wall of each groove in that order."""
-        first = len(self.contacts) + len(self.bearings)
-        counts = [len(groove.contacts) for groove in self.grooves]
-        return [first + sum(counts[:k]) for k in range(len(counts))]
+        firsts, first = [], len(self.contacts) + len(self.bearings)
+        for groove in self.grooves:
+            firsts.append(first)
+            first += len(groove.contacts)
+        return firsts
 
     @property
     def idle_walls(self) -> set[int]:
         """Numbers there of the walls of laps in which no pin starts."""
-        return {
-            first + k
-            for first, groove in zip(self.first_walls, self.grooves, strict=True)
-            for k in set(range(len(groove.contacts))) - {*groove.walls(groove.lap)}
-        }
+        idle = set[int]()
+        for first, groove in zip(self.first_walls, self.grooves, strict=True):
+            walls = groove.walls(groove.lap)
+            idle.update(first + k for k in range(len(groove.contacts)) if k not in walls)
+        return idle
 
     @cached_property
     def contacts_and_pairs(self) -> tuple[Contact, ...]:

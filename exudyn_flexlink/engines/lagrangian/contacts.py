@@ -210,16 +210,22 @@ class PinOnTrack(TrackFollower):
     def left(self, u: float) -> tuple[float, float]:
         """How far a place is from the ends of the present piece after which another one comes."""
         ahead, behind = super().left(u)
-        onward = (next_piece(self.curve, self.piece, self.lap, way) for way in (1, -1))
-        more, before = (piece is not None for piece in onward)
-        return ahead if more else np.inf, behind if before else np.inf
+        if next_piece(self.curve, self.piece, self.lap, 1) is None:
+            ahead = np.inf
+        if next_piece(self.curve, self.piece, self.lap, -1) is None:
+            behind = np.inf
+        return ahead, behind
 
     @property
     def bounds(self) -> tuple[float, float]:
         """Parameters between which a place is on the present piece."""
         low, high = super().bounds
         ahead, behind = self.left(self.u)
-        return low if behind < np.inf else -np.inf, high if ahead < np.inf else np.inf
+        if behind == np.inf:
+            low = -np.inf
+        if ahead == np.inf:
+            high = np.inf
+        return low, high
 
     @property
     def shift(self) -> float:
@@ -274,16 +280,17 @@ class PinnedContacts(Contacts):
         first = len(model.layout.faces)
         self._walls = np.arange(first, first + count)
         # Numbers of all among the straight ones, -1 of walls.
-        numbers = np.arange(len(self.all)) - count * (np.arange(len(self.all)) >= first)
-        numbers[self._walls] = -1
-        self._straight = numbers
+        self._straight = np.arange(len(self.all))
+        self._straight[first:] -= count
+        self._straight[self._walls] = -1
         self._turns = model.layout.coordinate(model.layout.rods[0])
 
     def look(self, at: Frame) -> Seen:
         """Return all contacts at instants."""
         seen, walls = super().look(at), self._look_at_walls(at, self._walls)
         first, pin = int(self._walls[0]), self._pin
-        along = pin.curve.arc_length.to(pin.feet(at.points[:, 0])[0] + pin.shift)
+        u, _ = pin.feet(at.points[:, 0])
+        along = pin.curve.arc_length.to(u + pin.shift)
         places = np.repeat(along[:, None], len(self._walls), axis=1)
         whole = zip(seen, (walls.gap, places, walls.gap_rate, walls.slip), strict=True)
         return Seen(*(np.insert(part, [first], wall, axis=1) for part, wall in whole))
@@ -295,12 +302,15 @@ class PinnedContacts(Contacts):
             return super()._rows(at, straight)
         shape = (len(at.q), len(which))
         gap = np.empty(shape)
-        rows, slides = np.zeros((2, *shape, at.q.shape[1]))
-        if not of_walls.all():
-            parts = super()._rows(at, straight[~of_walls])
-            gap[:, ~of_walls], rows[:, ~of_walls], slides[:, ~of_walls] = parts
+        rows = np.empty((*shape, at.q.shape[1]))
+        slides = np.empty_like(rows)
+        others = ~of_walls
+        if others.any():
+            parts = super()._rows(at, straight[others])
+            gap[:, others], rows[:, others], slides[:, others] = parts
         walls = self._look_at_walls(at, which[of_walls])
-        gap[:, of_walls], rows[:, of_walls] = walls.gap, walls.row
+        gap[:, of_walls] = walls.gap
+        rows[:, of_walls] = walls.row
         slides[:, of_walls] = walls.slide
         return gap, rows, slides
 
@@ -317,15 +327,14 @@ class PinnedContacts(Contacts):
 
     def _look_at_walls(self, at: Frame, which: IndexArray) -> WallsSeen:
         """Look at some walls (k,)."""
-        groove = self._pin.groove
-        point, going = at.points[:, 0], at.going[:, 0]
+        groove, point = self._pin.groove, at.points[:, 0]
         _, (place, first, second) = self._pin.feet(point)
         speed = np.abs(first)
         back = (first / speed).conj()
         off = (back * (point - place)).imag
         curvature = (first.conj() * second).imag / speed**3
         by = back[:, None] * at.by[:, 0]
-        moving = back * going
+        passing = (back * at.going[:, 0]).real
         near = 1 - curvature * off
         sides = np.array(groove.sides)[which - self._walls[0]]
         gap = groove.clearance - sides * off[:, None]
@@ -337,10 +346,14 @@ class PinnedContacts(Contacts):
         slides = (touching / farthest)[:, :, None] * by.real[:, None, :]
         slides[:, :, self._turns] += arm
         rows = -sides[:, None] * by.imag[:, None, :]
-        bent = (back * at.bends[:, 0]).imag - curvature * moving.real**2 / near
-        active, speeds = self._is_active(which), at.v[:, :, None]
-        rate, slip = (rows @ speeds)[:, :, 0], (slides @ speeds)[:, :, 0]
-        gap, rate = np.where(active, gap, AWAY), np.where(active, rate, 0.0)
+        bent = (back * at.bends[:, 0]).imag
+        bent -= curvature * passing**2 / near
+        speeds = at.v[:, :, None]
+        rate = (rows @ speeds)[:, :, 0]
+        slip = (slides @ speeds)[:, :, 0]
+        active = self._is_active(which)
+        gap = np.where(active, gap, AWAY)
+        rate = np.where(active, rate, 0.0)
         return WallsSeen(gap, rate, slip, rows, slides, -sides * bent[:, None])
 
     def _is_active(self, which: IndexArray) -> BoolArray:

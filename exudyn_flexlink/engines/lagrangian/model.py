@@ -108,7 +108,9 @@ class Layout:
     @property
     def track_coordinate(self) -> int:
         """First coordinate that determines where P is."""
-        return len(self.rods) + len(self.levers) + self.play if self.play or self.slides else 0
+        if self.play or self.slides:
+            return len(self.rods) + len(self.levers) + self.play
+        return 0
 
     @property
     def way(self) -> float:
@@ -160,7 +162,8 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
         (torque, _ramp(torque.name, torque.size.value)) for torque in mechanism.torque_motors
     )
     faces = tuple(_face(contact, rods, levers) for contact in mechanism.contacts)
-    play, slides = any(c.clearance > 0 for c in mechanism.channels), bool(mechanism.grooves)
+    play = any(channel.clearance > 0 for channel in mechanism.channels)
+    slides = bool(mechanism.grooves)
     return Layout(guide, rods, levers, motor, ramp, torques, play, slides, faces)
 
 
@@ -371,8 +374,8 @@ def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> F
     if numbers.pivot is not None:
         across = 1j * (place - numbers.pivot)
         by[:, :, 0] += across[:, None]
-        passing = 2 * first * v[:, p] + across * v[:, 0]
-        turned = 1j * v[:, 0] * passing
+        turning = v[:, 0]
+        turned = 1j * turning * (2 * first * v[:, p] + across * turning)
         bends = bends + turned[:, None]
     going = np.asarray((by @ v[:, :, None])[:, :, 0], dtype=np.complex128)
     return Frame(q, v, axes, points, going, by, bends)
@@ -441,8 +444,8 @@ class Model:
             q[-2:] = state.q[start, :2]
             v[-2:] = state.v[start, :2]
         elif layout.slides:
-            (x, y), along = layout.guide.at, np.array([np.cos(q[0]), np.sin(q[0])])
-            q[-1] = (state.q[start, :2] - (x, y)) @ along
+            along = np.array([np.cos(q[0]), np.sin(q[0])])
+            q[-1] = (state.q[start, :2] - layout.guide.at) @ along
             v[-1] = state.v[start, :2] @ along
         elif layout.play:
             curve = self.mechanism.slots[0].curve

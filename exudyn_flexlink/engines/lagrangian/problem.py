@@ -140,7 +140,9 @@ class Recorder(BlockRecorder):
         press[:, self.system.held] = held
         motor = self.system.motor_torque(at, a, held)
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
-        places = (at.place + self.system.track.shift)[:, None][:, : len(model.mechanism.slots)]
+        places = (at.place + self.system.track.shift)[:, None]
+        if model.layout.slides:
+            places = places[:, :0]
         kept = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
         return Kept(at.t, places, press, pressed, np.zeros((count, 2)), kept)
 

@@ -152,7 +152,9 @@ class LapFollower:
         curve = self._curve
         self._u = 0.5 * (curve.start + curve.end)
         u = self._place(seen)
-        self._u = u - curve.period if curve.end - u <= AT_SEAM * curve.period else u
+        if curve.end - u <= AT_SEAM * curve.period:
+            u -= curve.period
+        self._u = u
 
     def follow(self, seen: complex) -> None:
         """Take up where the pin is at the end of a step."""
@@ -407,11 +409,10 @@ class TreeContacts:
         self._deepest = np.array([deepest_allowed(channel) for channel in self._channels])
         self.whole_group = ContactGroup(self, range(len(self.all)), places=True)
         self.scene_group = self.group(tuple(range(self.count)))
-        self.laps = [
-            LapFollower(groove, first, events)
-            for first, groove in zip(mechanism.first_walls, mechanism.grooves, strict=True)
-            if groove.slot.curve.closed
-        ]
+        self.laps: list[LapFollower] = []
+        for first, groove in zip(mechanism.first_walls, mechanism.grooves, strict=True):
+            if groove.slot.curve.closed:
+                self.laps.append(LapFollower(groove, first, events))
         self.idle = mechanism.idle_walls  # of laps in which no pin is
 
     # --- where they are -----------------------------------------------------------------------

@@ -615,7 +615,8 @@ class EventFinder:
     ) -> list[Crossing]:
         numbers = range(self._count)
         held = [k for k in numbers if self.presses(k) or self.let_go(k)]
-        free = np.array([k for k in numbers if k not in {*held, *self._contacts.idle}], dtype=int)
+        others = {*held, *self._contacts.idle}
+        free = np.array([k for k in numbers if k not in others], dtype=int)
         times = [(self._change(k, step), k) for k in self._restless(step, *path, held)]
         for k, search in self._flights(step, nodes, end, free):
             times.append((self._closing(k, first_part(search), step), k))
