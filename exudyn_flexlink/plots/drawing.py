@@ -442,7 +442,7 @@ class Labels:
         assert figure is not None
         self._pixels = figure.dpi / 72  # in a point
         drawn = [axes.transData.transform(line) for line in lines]
-        self._spots = np.concatenate([_along(line, SPOT * self._pixels) for line in drawn])
+        self._spots = np.concatenate([spots_along(line, SPOT * self._pixels) for line in drawn])
 
     def keep_free(self, places: FloatArray, size: float) -> None:
         """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
@@ -488,7 +488,7 @@ class Labels:
         return float(OUTSIDE * outside + box.count_overlaps(self._taken) + on_lines)
 
 
-def _along(line: FloatArray, apart: float) -> FloatArray:
+def spots_along(line: FloatArray, apart: float) -> FloatArray:
     """Spots (N, 2) along a line (points, 2), evenly no farther `apart` than that."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
