@@ -307,7 +307,7 @@ FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
 APART = 2.0  # points, between two names, so that they don't read as one
 # What a place for a name costs, which is 1 where it lies on another:
 OF_LINE = 0.15  # for a spot of a line that is hidden
-OUTSIDE = 4.0  # for leaving the axes
+OUTSIDE = 40.0  # for leaving the axes
 OF_DISTANCE = 0.12  # for standing farther off
 
 
