@@ -65,7 +65,7 @@ BESIDE = 4.0  # pixels, from a glow to its number
 BELOW = (13.0, 26.0, 39.0)  # pixels, from a touch down to its number: what hides least is chosen
 SPOT = 5.0  # pixels, between two spots of a line that numbers keep off
 NAME_UP = 13.0  # pixels, from a point up to the middle of its name
-MARK_DOWN = (5.0, 11.0)  # pixels, from a joint down to two spots of its mark
+MARK_UP = (-5.0, -11.0)  # pixels, from a joint up to two spots of its mark, which is below
 
 POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
 NAMED_TOGETHER = 0.03  # of the picture: points nearer than this are named together
@@ -81,7 +81,7 @@ def look_data() -> dict[str, object]:
         "halo": [HALO, HALO_PALE], "band": [BAND, BAND_PALE], "thin": THIN,
         "trail": TRAIL_SECONDS, "glow": GLOW_SECONDS, "labelled": LABELLED,
         "arrow": ARROW, "offWall": OFF_WALL, "beside": BESIDE, "below": BELOW, "spot": SPOT,
-        "nameUp": NAME_UP, "markDown": MARK_DOWN,
+        "nameUp": NAME_UP, "markUp": MARK_UP,
     }  # fmt: skip
 
 
@@ -254,9 +254,10 @@ def _spots(place: Place, shots: Shots, frame: int) -> FloatArray:
     points = [anchor_position(anchor, poses) for anchor in shots.take.named.values()]
     marks = [anchor_position(mark.anchor, poses) for mark in shots.take.marks]
     beside = pixels(place.seen(np.stack([*points, *marks, *marks]), poses))
-    ups = [NAME_UP] * len(points) + [-down for down in MARK_DOWN for _ in marks]
-    beside[:, 1] += place.thick * np.array(ups)
-    return np.concatenate([beside, *(spots_along(line, SPOT) for line in drawn_lines)])
+    ups = np.repeat([NAME_UP, *MARK_UP], [len(points), len(marks), len(marks)])
+    beside[:, 1] += place.thick * ups
+    along = [spots_along(line, SPOT) for line in drawn_lines]
+    return np.concatenate([beside, *along])
 
 
 def _put_beside(place: Place, number: Annotation, radius: float, spots: FloatArray) -> Bbox:
@@ -266,15 +267,19 @@ def _put_beside(place: Place, number: Annotation, radius: float, spots: FloatArr
     """
     [middle] = place.axes.transData.transform([number.xy])
     half = np.array(number.get_window_extent().size) / 2
-    aside, window = half[0] + (radius + BESIDE) * place.thick, place.axes.get_window_extent()
+    aside = half[0] + (radius + BESIDE) * place.thick
+    window = place.axes.get_window_extent()
+    upwards = 1 if place.rank == 0 else -1
     least = np.inf
     for farther, down in enumerate(BELOW):
         for side in (1, -1, 0):
-            lower = (down + (0 if side else radius)) * place.thick
-            away = np.array([side * aside, lower if place.rank == 0 else -lower])
-            box = Bbox([middle + away - half, middle + away + half])
-            inside = window.containsx(box.x0) and window.containsx(box.x1)
-            hidden = box.count_contains(spots) + farther + (0 if inside else len(spots))
+            lower = down if side else down + radius
+            away = np.array([side * aside, upwards * lower * place.thick])
+            at = middle + away
+            box = Bbox([at - half, at + half])
+            hidden = box.count_contains(spots) + farther
+            if box.x0 < window.x0 or box.x1 > window.x1:
+                hidden += len(spots)
             if hidden < least:
                 least, best = hidden, box
                 number.set_position(tuple(POINTS * away))

@@ -261,7 +261,8 @@ def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
     if result.scene.all_contacts[strike.contact].struck is not None:
         response = lever_response(result, strike.contact)
         peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
-        chosen += [(peak, f"{response.body} farthest")] * response.moves
+        if response.moves:
+            chosen.append((peak, f"{response.body} farthest"))
     if turns(result):
         turned = turned_since_start(result)
         at = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi

@@ -414,7 +414,8 @@ def _annotate_peaks(
     low, high = axes.get_ylim()
     marked = [at for strike in all_strikes for at in (strike.begin, strike.end)]
     marked += [result.error.exceeds_from] if result.error.exceeds_from is not None else []
-    labels = Labels(axes, [line, *(np.array([(at, low), (at, high)]) for at in marked)])
+    edges = [np.array([(at, low), (at, high)]) for at in marked]
+    labels = Labels(axes, [line, *edges])
     for (value, time), away in ((response.least, -UP), (response.greatest, UP)):
         place = np.array([time, scale * value])
         axes.plot(*place, ".", color=BLACK, markersize=sized(5))
@@ -425,9 +426,8 @@ def _annotate_peaks(
             continue  # no digit of it is known
         text = number_text(scale * value, error and scale * error, signed=True)
         more = number_text(scale * value, error and scale * error / 10, signed=True)
-        text = (
-            text if error is None or text == more else f"{more} \u00b1 {error_text(scale * error)}"
-        )
+        if error is not None and more != text:
+            text = f"{more} \N{PLUS-MINUS SIGN} {error_text(scale * error)}"
         text += f" {shown}"
         if tip_functions:
             moved = number_text(

@@ -241,7 +241,7 @@ function spotsOf(pen, view, take) {
     return [X, Y + down * pen.thick];
   };
   const names = Object.values(take.data.points).map(below(-LOOK.nameUp));
-  const spots = [...names, ...LOOK.markDown.flatMap((down) => take.data.marks.map(below(down)))];
+  const spots = [...names, ...LOOK.markUp.flatMap((up) => take.data.marks.map(below(-up)))];
   const corners = take.zooms.filter((zoom) => zoom.guide).map(({ view: { part, x, y }, guide }) =>
     [1, -1].map((side) => [0, guide.length].map((a) => view.put(take.at(part, x + a, y + side * guide.clearance)))));
   const lines = take.lines.map((line) => {
