@@ -164,7 +164,7 @@ ITEMS = (
         ((*PROGRAM, "check", "no_clearance", "--equilibrium", "--figure", f"{OUT}/modes.png"),),
         {"modes.png": "modes.png"},
     ),
-    Item("paper", "10 min", (script("paper_figures", "--out", OUT),), PAPER),
+    Item("paper", "2 min", (script("paper_figures", "--out", OUT),), PAPER),
     Item(
         "stability",
         "2 min",
