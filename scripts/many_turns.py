@@ -3,10 +3,10 @@
   .venv/bin/python scripts/many_turns.py
   .venv/bin/python scripts/many_turns.py --turns 50 --only no_clearance
 
-Prints the table of docs/hard_cases.md, a line as soon as a run is done: strikes, touches of the
-walls, the largest error of the energy balance, and that of the first and of the second half of the
-run, as parts of the largest kinetic energy. 500 turns take some minutes without clearance; with it,
-Exudyn takes an hour, the Lagrangian some minutes.
+Prints the table of docs/accuracy_measured.md, a line as soon as a run is done: strikes, touches of
+the walls, the largest error of the energy balance, and that of the first and of the second half of
+the run, as parts of the largest kinetic energy. 500 turns take some minutes without clearance; with
+it, Exudyn takes an hour, the Lagrangian some minutes.
 """
 
 from __future__ import annotations

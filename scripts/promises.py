@@ -1,4 +1,4 @@
-"""Measure what docs/accuracy.md claims against independent answers, and print it as its table.
+"""Measure the claims of docs/accuracy_measured.md against independent answers, print its table.
 
 Usage:
   .venv/bin/python scripts/promises.py               everything, some five minutes

@@ -7,16 +7,19 @@ from math import pi
 import numpy as np
 import pytest
 import results
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from pages_of_docs import DOCS
 
 from exudyn_flexlink.animation import FilmError, Slow, film_of
 from exudyn_flexlink.animation.film import Viewpoint, zooms_of
-from exudyn_flexlink.animation.picture import Picture
+from exudyn_flexlink.animation.picture import Picture, Place, _put_beside
 from exudyn_flexlink.animation.shots import GLOW_SECONDS, SLOW_SECONDS, Shots, frames_of
 from exudyn_flexlink.animation.writing import film_data
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import Anchor, anchor_position
+from exudyn_flexlink.plots.drawing import spots_along
 from exudyn_flexlink.plots.frame import ENGINE_COLOURS
 from exudyn_flexlink.plots.outline import faces
 from exudyn_flexlink.result import Interval, Intervals, MeasuredError
@@ -159,3 +162,28 @@ def test_the_face_lies_still_in_its_zoom_and_the_free_side_is_above(run, side, m
     left = Anchor(face.start.part, face.start.x, face.start.y + 1e-3)  # of the way to its end
     above = zoom.view.seen(anchor_position(left, poses)[:, None], poses)[..., 1]
     assert above == pytest.approx(1e-3 * side)
+
+
+def test_a_number_beside_a_touch_keeps_off_lines_names_and_other_numbers():
+    figure = Figure((4, 4), 100)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set_xlim(0, 400)
+    axes.set_ylim(0, 400)
+    place = Place(axes, 1.0)
+    at = np.array([200.0, 200.0])
+    lines = [
+        [(0, 200), (400, 187)],
+        [(215, 0), (215, 180)],
+    ]  # a link, and a wall
+    spots = np.concatenate([spots_along(np.array(line, dtype=float), 1.0) for line in lines])
+    boxes = []
+    for _ in range(2):
+        number = place.write("12.3 N", at, (0, 0), 13, va="center", ha="center")
+        box = _put_beside(place, number, 10.0, spots)
+        assert box.count_contains(spots) == 0
+        assert box.y1 < 200  # names are above
+        assert number.get_window_extent().bounds == pytest.approx(box.bounds, abs=1.0)
+        boxes.append(box)
+        spots = np.concatenate([spots, spots_along(box.padded(-1).corners()[[0, 2, 3, 1]], 1.0)])
+    assert not boxes[0].padded(-1).overlaps(boxes[1])

@@ -22,7 +22,7 @@ from exudyn_flexlink.comparison import compare
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import build_mechanism
-from exudyn_flexlink.observables import State, contact_states, lever_response
+from exudyn_flexlink.observables import State, contact_states, lever_response, strikes
 from exudyn_flexlink.plots import (
     ENGINE_COLOURS,
     PRINT,
@@ -74,6 +74,7 @@ def labels(figure):
 
 ALWAYS = ["coordinates", "mechanism", "energy", "forces"]
 TURNING = ["coordinates", "polar", "lever", "mechanism", "energy", "forces", "bending"]
+BEFORE_A_STRIKE = [name for name in TURNING if name != "lever"]
 PLAY = ["coordinates", "polar", "mechanism", "guide_contact", "energy", "forces"]
 
 
@@ -81,7 +82,7 @@ PLAY = ["coordinates", "polar", "mechanism", "guide_contact", "energy", "forces"
     ("make", "names"),
     [
         (lambda rigid: rigid, TURNING),
-        (lambda rigid: results.first_samples(rigid, 2), TURNING),
+        (lambda rigid: results.first_samples(rigid, 2), BEFORE_A_STRIKE),
         (lambda rigid: results.first_samples(rigid, 1), ["mechanism"]),
         (lambda _: results.pendulum(), ALWAYS),
         (lambda _: results.slider(), ALWAYS),
@@ -297,6 +298,32 @@ def test_lever_marks_strikes_and_peaks(rigid):
     tip = 30 * sin(angle)  # mm, of a lever 30 mm long
     peak = f"{angle:.4f} rad ({tip:.3f} mm)".replace("-", "\N{MINUS SIGN}")
     assert peak in said
+
+
+def test_numbers_of_a_levers_peaks_stand_off_its_strikes_and_its_line(rigid):
+    figure = lever(rigid)
+    axes, response = figure.axes[0], lever_response(rigid, "strike")
+    line = axes.transData.transform(np.stack([response.time, response.value], axis=1))
+    edges = axes.transData.transform([(strike.begin, 0) for strike in strikes(rigid, "strike")])
+    texts = [text.get_window_extent() for text in axes.texts]
+    assert len(texts) == 2
+    for box in texts:
+        assert not any(box.containsx(x) for x, _ in edges)
+        assert box.count_contains(line) == 0
+
+
+def test_few_digits_of_a_peak_stand_with_their_error(rigid):
+    coarse = replace(rigid, error=MeasuredError(("link.end",), limit=1e-4, largest=1e-4))
+    least, _ = lever_response(rigid, "strike").least
+    told = f"{least:.3f} \N{PLUS-MINUS SIGN} 0.004 rad".replace("-", "\N{MINUS SIGN}")
+    assert told in words(lever(coarse))  # 0.1 mm at the end of a lever 30 mm long
+
+
+def test_a_body_that_is_held_still_shows_no_response():
+    press = simulate(load_scene(model_file("textbook/toggle_press")), measure=False)
+    assert len(press.contacts["press"].touches.begin) == 1
+    assert lever(press) is None
+    assert "farthest" not in words(mechanism(press))
 
 
 def test_a_cart_that_hits_a_stop_has_neither_a_pivot_nor_a_force_of_impacts_without_duration():

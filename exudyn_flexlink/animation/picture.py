@@ -19,6 +19,8 @@ from matplotlib.colors import to_rgb, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from exudyn_flexlink.animation.film import Film, Zoom, strength
@@ -26,6 +28,7 @@ from exudyn_flexlink.animation.shots import GLOW_SECONDS, LABELLED, Frames, Shot
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Channel, anchor_position
 from exudyn_flexlink.observables import State, contact_states, turns
+from exudyn_flexlink.plots.drawing import spots_along
 from exudyn_flexlink.plots.forces import STATE_WORDS
 from exudyn_flexlink.plots.frame import BLACK, BLUE, FAILED, GREY, settings, wrapped
 from exudyn_flexlink.plots.outline import (
@@ -57,6 +60,12 @@ THIN = 0.8  # on which the second is a line so many times as wide
 
 TRAIL_SECONDS = 1.6  # of the film without slow motion: how long the trail of S stays dark
 ARROW = (7.0, 15.0)  # pixels: length of an arrow in the zoom, and what the largest force adds
+OFF_WALL = 11.0  # pixels, at least, from a wall to the middle of a number beside an arrow
+BESIDE = 4.0  # pixels, from a glow to its number
+BELOW = (13.0, 26.0, 39.0)  # pixels, from a touch down to its number: what hides least is chosen
+SPOT = 5.0  # pixels, between two spots of a line that numbers keep off
+NAME_UP = 13.0  # pixels, from a point up to the middle of its name
+MARK_UP = (-5.0, -11.0)  # pixels, from a joint up to two spots of its mark, which is below
 
 POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
 NAMED_TOGETHER = 0.03  # of the picture: points nearer than this are named together
@@ -71,7 +80,8 @@ def look_data() -> dict[str, object]:
         "thinnest": THINNEST, "broadest": BROADEST, "paleness": PALENESS,
         "halo": [HALO, HALO_PALE], "band": [BAND, BAND_PALE], "thin": THIN,
         "trail": TRAIL_SECONDS, "glow": GLOW_SECONDS, "labelled": LABELLED,
-        "arrow": ARROW,
+        "arrow": ARROW, "offWall": OFF_WALL, "beside": BESIDE, "below": BELOW, "spot": SPOT,
+        "nameUp": NAME_UP, "markUp": MARK_UP,
     }  # fmt: skip
 
 
@@ -107,12 +117,12 @@ class Place:
 
     def write(
         self, text: str, at: FloatArray, away: tuple[float, float], size: float, **look: Any
-    ) -> None:
+    ) -> Annotation:
         """Write words at a place in m, `away` from it by points; with a rim, to be read on lines.
 
         Those of a zoom are not seen where their place is out of it.
         """
-        self.axes.annotate(
+        return self.axes.annotate(
             text, (float(at[0]), float(at[1])), away, textcoords="offset points", zorder=9,
             fontsize=self.points(size), annotation_clip=self.view is not None,
             path_effects=[withStroke(foreground=_RIM[0], linewidth=self.points(_RIM[1]))],
@@ -214,10 +224,9 @@ def draw_trail(place: Place, shots: Shots, frame: int) -> None:
 
 def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
     """Draw touches, or `only` those of one name: a glow as large as the force, and the force."""
-    line, (low, high) = 0, place.axes.get_xlim()
-    for glow in shots.glows(frame):
-        if only not in ("", glow.name):
-            continue
+    glows = [glow for glow in shots.glows(frame) if only in ("", glow.name)]
+    spots = _spots(place, shots, frame) if any(glow.text for glow in glows) else np.empty((0, 2))
+    for glow in glows:
         at = place.seen(glow.place[None], shots.poses[glow.frame])[0]
         radius, fresh = 5 + 17 * glow.strength**0.5, glow.fresh
         ring = to_rgba(TOUCH, 0.8 * fresh)
@@ -227,13 +236,54 @@ def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
         place.axes.plot(*at, "o", mfc="none", color=ring, mew=place.points(1.5),
                         markersize=2 * place.points(radius * (1.25 - 0.6 * fresh)))  # fmt: skip
         if glow.text:
-            left = at[0] > high - 0.16 * (high - low)
-            aside = place.points(radius + 4) * (-1) ** left
-            # Names of points are above: forces are below, of two runs those of the second alone.
-            up = place.points(10 + 14 * line) * (1 if place.rank == 0 else -1)
-            place.write(glow.text, at, (aside, up), 13, color=TOUCH, alpha=fresh, weight="bold",
-                        va="center", ha="right" if left else "left")  # fmt: skip
-            line += 1
+            number = place.write(glow.text, at, (0, 0), 13, color=TOUCH, alpha=fresh, weight="bold",
+                                 va="center", ha="center")  # fmt: skip
+            box = _put_beside(place, number, radius, spots)
+            # Another number keeps off this one; what is on the edge of a box is not inside it.
+            rim = box.padded(-1).corners()[[0, 2, 3, 1]]
+            spots = np.concatenate([spots, spots_along(rim, SPOT)])
+
+
+def _spots(place: Place, shots: Shots, frame: int) -> FloatArray:
+    """Spots (N, 2) of a picture, in pixels, that numbers keep off: of lines, marks and names."""
+    poses, model = shots.poses[frame], shots.take.model
+    lines = [drawn.line for drawn in shots.take.lines]
+    lines += [wall for channel in walled(model) for wall in wall_lines(model, channel)]
+    pixels = place.axes.transData.transform
+    drawn_lines = [pixels(place.seen(line.at(poses), poses)) for line in lines]
+    points = [anchor_position(anchor, poses) for anchor in shots.take.named.values()]
+    marks = [anchor_position(mark.anchor, poses) for mark in shots.take.marks]
+    beside = pixels(place.seen(np.stack([*points, *marks, *marks]), poses))
+    ups = np.repeat([NAME_UP, *MARK_UP], [len(points), len(marks), len(marks)])
+    beside[:, 1] += place.thick * ups
+    along = [spots_along(line, SPOT) for line in drawn_lines]
+    return np.concatenate([beside, *along])
+
+
+def _put_beside(place: Place, number: Annotation, radius: float, spots: FloatArray) -> Bbox:
+    """Put a number beside a glow of a radius, where it hides the fewest spots; returns its box.
+
+    Names of points are above: numbers are below, of two runs those of the second alone.
+    """
+    [middle] = place.axes.transData.transform([number.xy])
+    half = np.array(number.get_window_extent().size) / 2
+    aside = half[0] + (radius + BESIDE) * place.thick
+    window = place.axes.get_window_extent()
+    upwards = 1 if place.rank == 0 else -1
+    least = np.inf
+    for farther, down in enumerate(BELOW):
+        for side in (1, -1, 0):
+            lower = down if side else down + radius
+            away = np.array([side * aside, upwards * lower * place.thick])
+            at = middle + away
+            box = Bbox([at - half, at + half])
+            hidden = box.count_contains(spots) + farther
+            if box.x0 < window.x0 or box.x1 > window.x1:
+                hidden += len(spots)
+            if hidden < least:
+                least, best = hidden, box
+                number.set_position(tuple(POINTS * away))
+    return best
 
 
 EDGE = 0.02  # of the width, beside the line
@@ -339,16 +389,17 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
         strong = min(shots.film.part(float(force[pair])), 1.0) ** 0.5
         # Arrows press on the link: down from the upper wall, up from the lower.
         up = sides[pair] * place.points(ARROW[0] + ARROW[1] * strong)
+        off = sides[pair] * max(abs(up), place.points(OFF_WALL))
         arrow = {"arrowstyle": "-|>", "color": TOUCH, "linewidth": place.points(2.2),
                  "shrinkA": 0, "shrinkB": 0, "mutation_scale": place.points(11)}  # fmt: skip
         place.axes.annotate(
             "", tuple(at[pair]), (0, up), textcoords="offset points", arrowprops=arrow,
             annotation_clip=False,
         )  # fmt: skip
-        low, high = place.axes.get_xlim()
-        left = at[pair, 0] > high - 0.12 * (high - low)
+        # Between its ends the guide keeps the link away from what is outside the walls.
+        left = at[pair, 0] > channel.length / 2
         place.write(
-            f"{force[pair]:.3g} N", at[pair], ((-1) ** left * place.points(7), up), 12,
+            f"{force[pair]:.3g} N", at[pair], ((-1) ** left * place.points(7), off), 12,
             color=TOUCH, weight="bold", ha="right" if left else "left", va="center",
         )  # fmt: skip
 

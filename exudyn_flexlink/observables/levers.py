@@ -262,6 +262,11 @@ class LeverResponse(OverTime):
         return max(values.least[0], values.greatest[0], key=abs) if len(values.time) else 0.0
 
     @property
+    def moves(self) -> bool:
+        """Whether the body moves at all; one that is welded to the ground does not."""
+        return self.least[0] < self.greatest[0]
+
+    @property
     def _all(self) -> Extremes:
         """Extremes and samples: at the ends of a part of a run only these tell the value."""
         extremes = self.extremes

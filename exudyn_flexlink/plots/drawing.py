@@ -261,7 +261,8 @@ def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
     if result.scene.all_contacts[strike.contact].struck is not None:
         response = lever_response(result, strike.contact)
         peak = max(response.least, response.greatest, key=lambda peak: abs(peak[0]))[1]
-        chosen.append((peak, f"{response.body} farthest"))
+        if response.moves:
+            chosen.append((peak, f"{response.body} farthest"))
     if turns(result):
         turned = turned_since_start(result)
         at = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi
@@ -300,13 +301,14 @@ MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
 SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
 SPOT = 3.0  # points, between two spots of a line that names keep away from
+HALF_LINE = 2.0  # points, of the thickness of most lines: names keep off their edges
 DIRECTIONS = 24
 LABEL_DISTANCE = 7.0  # points, from a place to its label
 FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
 APART = 2.0  # points, between two names, so that they don't read as one
 # What a place for a name costs, which is 1 where it lies on another:
 OF_LINE = 0.15  # for a spot of a line that is hidden
-OUTSIDE = 4.0  # for leaving the axes
+OUTSIDE = 40.0  # for leaving the axes
 OF_DISTANCE = 0.12  # for standing farther off
 
 
@@ -412,10 +414,9 @@ def _name(axes: Axes, posed: Sketch) -> None:
     middle, near = (low + high) / 2, SAME * float(np.max(high - low))
     lines = {body: posed.lines(body, 0) for body in posed.scene.bodies}
     labels = Labels(axes, [factor * drawn.line.at(posed.poses[0]) for drawn in posed.shown])
-    marks = (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model))
-    if marks:
-        symbols = np.stack([anchor_position(mark.anchor, posed.poses[0]) for mark in marks])
-        labels.keep_free(factor * symbols, sized(SYMBOL))
+    for mark in (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model)):
+        place = anchor_position(mark.anchor, posed.poses[0])
+        labels.keep_free(factor * place[None], sized(max(SYMBOL, _SYMBOLS[mark.kind][3])))
     for body, shape in lines.items():
         longest = max(shape, key=lambda points: float(np.ptp(points, axis=0).max()))
         place = (longest[0] + longest[-1]) / 2
@@ -442,7 +443,7 @@ class Labels:
         assert figure is not None
         self._pixels = figure.dpi / 72  # in a point
         drawn = [axes.transData.transform(line) for line in lines]
-        self._spots = np.concatenate([_along(line, SPOT * self._pixels) for line in drawn])
+        self._spots = np.concatenate([spots_along(line, SPOT * self._pixels) for line in drawn])
 
     def keep_free(self, places: FloatArray, size: float) -> None:
         """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
@@ -484,11 +485,11 @@ class Labels:
         within = Bbox.intersection(box, self._window)
         inside = 0.0 if within is None else within.width * within.height
         outside = 1 - inside / (box.width * box.height)
-        on_lines = OF_LINE * box.count_contains(self._spots)
+        on_lines = OF_LINE * box.padded(HALF_LINE * self._pixels).count_contains(self._spots)
         return float(OUTSIDE * outside + box.count_overlaps(self._taken) + on_lines)
 
 
-def _along(line: FloatArray, apart: float) -> FloatArray:
+def spots_along(line: FloatArray, apart: float) -> FloatArray:
     """Spots (N, 2) along a line (points, 2), evenly no farther `apart` than that."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])

@@ -86,6 +86,7 @@ STATE_WORDS = {
     State.OPPOSITE_SIDES: "two points, opposite sides",
 }
 BENDING_HEIGHT = 2.2  # inches of a link's panel
+LEGEND_ROOM = 1.0  # inches on a screen, of the legend above a panel in a narrow figure
 ROOM = 2.3  # half the height of a drawing, at least, in clearances
 WIDER = 1.1  # times as far as the link reaches
 ARROW = 0.9  # length, in clearances
@@ -188,7 +189,7 @@ def bending(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figur
     links = list(bent_links(result.scene))
     if not links or len(result.time) < 2:
         return None
-    height = BENDING_HEIGHT * len(links) + 0.4
+    height = (BENDING_HEIGHT + LEGEND_ROOM * style.narrow) * len(links) + 0.4
     figure, panels = placed(
         ax, links, lambda: new_figure(result, "Bending of links", height, style), sharex=True
     )
@@ -215,12 +216,12 @@ def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> N
         times, edges, bent.moment.T, cmap="RdBu_r", vmin=-most, vmax=most, rasterized=True
     )
     peak = bent.largest
-    words = f"{bent.link}, circle: the largest, {peak.moment:.3g} N m"
+    words = f"largest: {peak.moment:.3g} N m"
     if peak.stress is not None:
-        words += f", {peak.stress / 1e6:.3g} MPa"
+        words += f",\n{peak.stress / 1e6:.3g} MPa"
     place = np.interp(peak.at, result.time, x), factor * peak.place
-    axes.plot(*place, "o", mfc="none", color=BLACK, markersize=sized(7.0), clip_on=False)
-    axes.set_title(words.replace("-", "\N{MINUS SIGN}"), loc="left")
+    axes.plot(*place, "o", mfc="none", color=BLACK, markersize=sized(7.0), clip_on=False,
+              label=words.replace("-", "\N{MINUS SIGN}"))  # fmt: skip
     axes.set_ylim(0.0, factor * body.length)
     axes.set_ylabel(f"place on {bent.link} ({unit})")
     axes.grid(visible=False)
@@ -397,11 +398,11 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
     momentary = momentary_forces(result)
     for name, force in forces_of(result).items():
         if name not in momentary:
-            vector = "size of the\n" if force.values.ndim > 1 else ""
+            axis = f"{force.quantity}\n({force.unit})"
+            if force.values.ndim > 1:
+                axis = f"size of the\n{force.quantity} ({force.unit})"
             if force.quantity == BENDING:
-                vector = "largest\n"
-            line = " " if vector else "\n"
-            axis = f"{vector}{force.quantity}{line}({force.unit})"
+                axis = f"largest bending\nmoment ({force.unit})"
             panels.setdefault(axis, {})[name] = force
     for axis, panel in list(panels.items()):
         acting = {name: force for name, force in panel.items() if _acts(result, force)}

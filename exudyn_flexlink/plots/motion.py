@@ -31,6 +31,7 @@ from exudyn_flexlink.observables import (
     turns,
     watched_point,
 )
+from exudyn_flexlink.plots.drawing import SYMBOL, UP, Labels
 from exudyn_flexlink.plots.forces import strip, strip_height, within
 from exudyn_flexlink.plots.frame import (
     BLACK,
@@ -43,7 +44,9 @@ from exudyn_flexlink.plots.frame import (
     SCREEN,
     SKY,
     Style,
+    error_text,
     new_figure,
+    settle,
     styled,
 )
 from exudyn_flexlink.plots.panels import (
@@ -314,16 +317,20 @@ ANGLE_DECIMALS = 12  # decimals of angles (rad) that tell one from another
 
 @styled
 def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
-    """Angle or displacement of every struck body over time; below, strike by strike.
+    """Angle or displacement of every struck body that moves, over time; below, strike by strike.
 
-    None if the scene has no contact.
+    None if there is none.
     """
-    bodies = struck_bodies(result.scene)
-    if not bodies or len(result.time) < 2:
+    struck = struck_bodies(result.scene).items() if len(result.time) > 1 else ()
+    responses = {contact: lever_response(result, contact) for _, contact in struck}
+    moving = {contact: response for contact, response in responses.items() if response.moves}
+    if not moving:
         return None
     draw, names = list[Callable[[Axes], None]](), list[str]()
-    for body, contact in bodies.items():
-        response, all_strikes = lever_response(result, contact), strikes(result, contact)
+    peaks = dict[int, tuple[LeverResponse, list[Strike]]]()
+    for contact, response in moving.items():
+        body, all_strikes = response.body, strikes(result, contact)
+        peaks[len(draw)] = response, all_strikes
         what: dict[str, Any] = {
             "result": result,
             "response": response,
@@ -334,11 +341,17 @@ def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
         if all_strikes:
             draw.append(partial(_strike_by_strike, **what))
             names.append(f"{body}, strike by strike")
-    subject, height = "Response of " + ", ".join(bodies), 2.9 * len(names)
+    bodies = ", ".join(response.body for response in moving.values())
+    subject, height = f"Response of {bodies}", 2.9 * len(names)
     figure, panels = placed(ax, names, lambda: new_figure(result, subject, height, style))
     for axes, panel in zip(panels, draw, strict=False):
         panel(axes)
     letter(panels)
+    if ax is None:
+        settle(panels[0].figure.figure)  # numbers are placed in a layout that is final
+    for i, axes in enumerate(panels):
+        if i in peaks:
+            _annotate_peaks(axes, result, *peaks[i])
     return figure
 
 
@@ -359,7 +372,6 @@ def _whole_run(
     axes.margins(y=0.2 / style.scale)  # room for the numbers of the peaks
     axes.set_ylabel(ylabel)
     axes.set_xlabel("time (s)")
-    _annotate_peaks(axes, result, response)
     second = bool(axes.child_axes)  # of another run, in axes that were given
     if not style.narrow and not second:  # in a narrow figure the legend stands above
         _turns_on_top(axes, result)
@@ -388,34 +400,46 @@ def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
                   transform=ground, label="impacts")  # fmt: skip
 
 
-def _annotate_peaks(axes: Axes, result: Result, response: LeverResponse) -> None:
+def _annotate_peaks(
+    axes: Axes, result: Result, response: LeverResponse, all_strikes: list[Strike]
+) -> None:
+    """Write both extremes beside them, off the line and off what is marked in the axes.
+
+    Of what an error leaves few digits, one more is shown, and the error.
+    """
     if not np.any(response.value):
         return
     scale, shown = shown_in(response.measure.unit, response.value)
     factor, unit = length_unit(response.tip_displacement)
     tip_functions = _tip_of_angle(response)
-    for value, time in (response.least, response.greatest):
-        axes.plot(time, scale * value, ".", color=BLACK, markersize=sized(5))
+    line = np.stack([response.time, scale * response.value], axis=1)
+    low, high = axes.get_ylim()
+    marked = [at for strike in all_strikes for at in (strike.begin, strike.end)]
+    marked += [result.error.exceeds_from] if result.error.exceeds_from is not None else []
+    edges = [np.array([(at, low), (at, high)]) for at in marked]
+    labels = Labels(axes, [line, *edges])
+    for (value, time), away in ((response.least, -UP), (response.greatest, UP)):
+        place = np.array([time, scale * value])
+        axes.plot(*place, ".", color=BLACK, markersize=sized(5))
+        labels.keep_free(place[None], sized(SYMBOL))
         off = position_error(result, time)
         error = None if off is None else _error_of(response, off)
         if error is not None and 0 < abs(value) <= error:
             continue  # no digit of it is known
-        text = f"{number_text(scale * value, error and scale * error, signed=True)} {shown}"
+        text = number_text(scale * value, error and scale * error, signed=True)
+        more = number_text(scale * value, error and scale * error / 10, signed=True)
+        if error is not None and more != text:
+            text = f"{more} \N{PLUS-MINUS SIGN} {error_text(scale * error)}"
+        text += f" {shown}"
         if tip_functions:
             moved = number_text(
                 factor * float(tip_functions[0](value)), off and factor * off, signed=True
             )
             text += f" ({moved} {unit})"
-        third, above = int(3 * time / response.time[-1]), value == response.greatest[0]
-        axes.annotate(
+        labels.write(
             text,
-            (time, scale * value),
-            # Beyond an extreme there is nothing that the text could cover.
-            xytext=(0, 4 if above else -4),
-            textcoords="offset points",
-            # In print a text may be two thirds as wide as the axes, beside which numbers stand.
-            ha=("left", "center", "right")[min(third, 2)],
-            va="bottom" if above else "top",
+            place,
+            away,
             fontsize=mpl.rcParams["legend.fontsize"],
             bbox={"fc": axes.get_facecolor(), "edgecolor": "none", "alpha": 0.85, "pad": 0.3},
         )

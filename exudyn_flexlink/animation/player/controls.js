@@ -269,7 +269,7 @@ class Player {
     if (this.takes.length > 1) rows.push(`S apart by ${this.apart()}`);
     const beyond = this.data.horizon;
     if (beyond !== null && this.t >= beyond.from) rows.push(beyond.words.replace("\n", " "));
-    if (this.data.doubts) rows.push(this.data.doubts);
+    if (this.data.doubts) rows.push(this.data.doubts.replace(/e-(\d)/g, "e\u2011$1")); // a number is not broken
     rows.forEach((row, i) => {
       const span = this.told.children[i] || make(this.told, "span", "row");
       if (span.textContent !== row) span.textContent = row;

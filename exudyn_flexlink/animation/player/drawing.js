@@ -77,11 +77,21 @@ class Pen {
     c.globalAlpha = 1;
   }
 
+  font(size, bold) {
+    return `${bold ? "600 " : ""}${size}px system-ui, sans-serif`;
+  }
+
+  // How wide words are, pixels.
+  widthOf(text, size, bold) {
+    this.context.font = this.font(size, bold);
+    return this.context.measureText(text).width;
+  }
+
   // Words with a rim of the paper's colour, so that lines behind them do not disturb.
   words(text, x, y, { colour = INK, size = 12, align = "left", bold = false, alpha = 1 } = {}) {
     const c = this.context;
     c.globalAlpha = alpha;
-    c.font = `${bold ? "600 " : ""}${size}px system-ui, sans-serif`;
+    c.font = this.font(size, bold);
     c.textAlign = align;
     c.textBaseline = "middle";
     c.lineWidth = 3.5;
@@ -224,9 +234,49 @@ function touchesOf(own, player) {
   return found;
 }
 
-// Names of points are above: forces are below, of two runs those of the second alone.
+// Spots of a picture, in pixels, that numbers keep off: lines, marks, names of points.
+function spotsOf(pen, view, take) {
+  const below = (down) => ({ part, x, y }) => {
+    const [X, Y] = view.put(take.at(part, x, y));
+    return [X, Y + down * pen.thick];
+  };
+  const names = Object.values(take.data.points).map(below(-LOOK.nameUp));
+  const spots = [...names, ...LOOK.markUp.flatMap((up) => take.data.marks.map(below(-up)))];
+  const corners = take.zooms.filter((zoom) => zoom.guide).map(({ view: { part, x, y }, guide }) =>
+    [1, -1].map((side) => [0, guide.length].map((a) => view.put(take.at(part, x + a, y + side * guide.clearance)))));
+  const lines = take.lines.map((line) => {
+    return Array.from({ length: line.count }, (_, i) => view.put(take.at(line.part(i), line.x(i), line.y(i))));
+  });
+  for (const line of [...lines, ...corners.flat()]) {
+    for (let i = 0; i + 1 < line.length; i++) {
+      const [[x, y], [X, Y]] = [line[i], line[i + 1]];
+      const count = Math.ceil(Math.hypot(X - x, Y - y) / LOOK.spot);
+      for (let k = 0; k <= count; k++) spots.push([x + ((X - x) * k) / count, y + ((Y - y) * k) / count]);
+    }
+  }
+  return spots;
+}
+
+// Where beside a glow of a radius a number of a width hides the fewest spots: its middle.
+// Names of points are above: numbers are below, of two runs those of the second alone.
+function besideGlow(pen, [x, y], width, radius, way, spots) {
+  const height = 18; // of letters, and a little room
+  let [least, best] = [Infinity, null];
+  for (const [farther, down] of LOOK.below.entries()) {
+    for (const side of [1, -1, 0]) {
+      const lower = down + (side ? 0 : radius);
+      const middle = [x + side * (radius + LOOK.beside * pen.thick + width / 2), y + way * lower];
+      const inside = middle[0] - width / 2 > 0 && middle[0] + width / 2 < pen.width;
+      const hides = ([X, Y]) => Math.abs(X - middle[0]) < width / 2 && Math.abs(Y - middle[1]) < height / 2;
+      const hidden = spots.filter(hides).length + farther + (inside ? 0 : spots.length);
+      if (hidden < least) [least, best] = [hidden, middle];
+    }
+  }
+  return best;
+}
+
 function drawTouches(pen, view, take, player, rank, touching = take.touching) {
-  let told = 0;
+  let spots = null;
   for (const own of touching) {
     const shown = touchesOf(own, player);
     // Of a burst of touches one is told in numbers.
@@ -239,11 +289,15 @@ function drawTouches(pen, view, take, player, rank, touching = take.touching) {
       if (!matters || one.force === 0 || one.strength * one.fresh < most) continue;
       const now = one.touching ? `${round(forceNow(take, own, one.k))} ${own.unit}` : `0 ${own.unit}, was ${round(one.force)} ${own.unit}`;
       const text = one.force < 0 ? `${round(-one.force)} ${own.unit} s` : now;
-      const side = place[0] > pen.width - 80 ? -1 : 1;
-      pen.words(text, place[0] + side * (radius + 4), place[1] + (rank === 0 && player.takes.length > 1 ? -1 : 1) * (10 + 14 * told), {
-        colour: TOUCH, bold: true, size: 13, alpha: one.fresh, align: side < 0 ? "right" : "left",
-      });
-      told += 1;
+      const width = pen.widthOf(text, 13, true);
+      spots = spots || spotsOf(pen, view, take);
+      const way = rank === 0 && player.takes.length > 1 ? -1 : 1;
+      const [x, y] = besideGlow(pen, place, width, radius, way, spots);
+      pen.words(text, x, y, { colour: TOUCH, bold: true, size: 13, alpha: one.fresh, align: "center" });
+      // Another number keeps off this one.
+      for (let k = 0; k <= width; k += LOOK.spot) {
+        for (const up of [-7, 0, 7]) spots.push([x - width / 2 + k, y + up]);
+      }
     }
   }
 }

@@ -8,7 +8,7 @@ function drawWalls(pen, put, { length, clearance: c }) {
   pen.context.setLineDash([]);
 }
 
-function drawLink(pen, view, take, { name, guide: { link, sides } }, rank, largest) {
+function drawLink(pen, view, take, { name, guide: { link, sides, length: walls } }, rank, largest) {
   const places = [];
   for (let i = 0; i < link.count; i++) {
     places.push(view.put(take.at(link.part(i), link.x(i), link.y(i))));
@@ -25,8 +25,10 @@ function drawLink(pen, view, take, { name, guide: { link, sides } }, rank, large
     const way = sides[pair] > 0 ? -1 : 1; // the upper wall presses down, from above
     pen.line([[x, y + way * length], [x, y]], TOUCH, 2.2);
     pen.fill([[x, y], [x - 4, y + way * 7], [x + 4, y + way * 7]], TOUCH);
-    const right = x < pen.width - 70;
-    pen.words(`${round(force)} N`, right ? x + 7 : x - 7, y + way * length, {
+    // Between its ends the guide keeps the link away from what is outside the walls.
+    const right = take.from(view.frame, at)[0] < walls / 2;
+    const off = Math.max(length, LOOK.offWall * pen.thick);
+    pen.words(`${round(force)} N`, right ? x + 7 : x - 7, y + way * off, {
       colour: TOUCH, size: 12, bold: true, align: right ? "left" : "right",
     });
   }

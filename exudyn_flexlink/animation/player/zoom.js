@@ -12,7 +12,7 @@ function drawZoom(pen, player, name) {
   takes.forEach((take, rank) => {
     const zoom = take.zooms.find((one) => one.name === name);
     if (!zoom) return;
-    const view = { scale, put: (place, i) => put(take.from(zoom.view, place, i)) };
+    const view = { scale, frame: zoom.view, put: (place, i) => put(take.from(zoom.view, place, i)) };
     const which = takes.length > 1 ? rank : -1;
     if (zoom.guide) drawLink(pen, view, take, zoom, which, player.largest);
     else drawStrike(pen, view, take, name, which, player);
