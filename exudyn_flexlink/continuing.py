@@ -336,7 +336,7 @@ def joined(first: Result, second: Result) -> Result:
         # How the first run's error grows in the second was not measured.
         error=first.error if unknown else replace(first.error, stopped=end),
     )
-    return replace(whole, scene=first.scene.changed(run=_run(whole)))
+    return replace(whole, scene=first.scene.changed(run=_run(whole, second.scene.run)))
 
 
 def _require_following(first: Result, second: Result) -> None:
@@ -410,10 +410,14 @@ def _checks(first: Result, second: Result) -> Checks:
     return Checks(**(largest | {"energy_residual": max(first.checks.energy_residual, missed)}))
 
 
-def _run(whole: Result) -> Run:
-    """Duration of both runs, in the key that the first one's scene uses."""
+def _run(whole: Result, tail: Run) -> Run:
+    """Duration of both runs, in the key that the first one's scene uses.
+
+    A formula that may end each of them is kept.
+    """
     run, end = whole.scene.run, float(whole.time[-1])
+    kept = {"until": run.until if run.until == tail.until else None, "sample": run.sample}
     if run.of is not None and (turned := np.ptp(joint_angle(whole, run.of)[[0, -1]])) > 0:
         most = None if run.at_most is None else end
-        return Run(turns=float(turned) / (2 * pi), of=run.of, at_most=most, sample=run.sample)
-    return Run(duration=end, sample=run.sample)
+        return Run(turns=float(turned) / (2 * pi), of=run.of, at_most=most, **kept)
+    return Run(duration=end, **kept)

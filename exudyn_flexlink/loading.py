@@ -31,9 +31,11 @@ from exudyn_flexlink.mechanism import (
     Contact,
     FaceContact,
     FlatContact,
+    Held,
     Mechanism,
     NoRestError,
     Rest,
+    Sense,
     Slide,
     Start,
     always_redundant,
@@ -52,7 +54,9 @@ from exudyn_flexlink.mechanism import (
     pressed_at,
     rest_of,
     sample_bytes,
+    sensed,
     shared_forces,
+    until_mistakes,
     with_pulses,
 )
 from exudyn_flexlink.mechanism.tree import tree_layout
@@ -100,6 +104,29 @@ def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
         for slide, gear in slides.items()
         if slide not in layout.joints
     ]
+
+
+def ended_badly(assembly: Assembly) -> list[Mistake]:
+    """An `until` by forces that the motion does not tell, or one that is not below 0 at time 0."""
+    mechanism, path = assembly.mechanism, ("run", "until")
+    until = mechanism.until
+    if until is None:
+        return []
+    senses, motion = list[Sense](), assembly.state
+    shared = shared_forces(assembly) if until.by_forces else set()
+    for sense in until.senses:
+        if not isinstance(sense, Held):
+            senses.append(sense)
+        elif sense.joint in shared:
+            message = f"the force in '{sense.joint}' is not known: other joints hold the same"
+            return [Mistake(path, message, "take one of them away, or name another joint")]
+    if until.by_forces:
+        return []  # they are known as the run is prepared
+    try:
+        at = [np.array([sensed(sense, motion.q, motion.v)]) for sense in senses]
+        return until_mistakes(until, at)
+    except NoValueError as error:
+        return [Mistake(path, str(error), error.advice)]
 
 
 def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
@@ -574,6 +601,7 @@ def _start_mistakes(scene: Scene, assembly: Assembly, resting: bool = False) -> 
         *without_direction(scene, assembly),
         *rubbing_badly(assembly),
         *geared_badly(scene, assembly),
+        *ended_badly(assembly),
     ]
 
 

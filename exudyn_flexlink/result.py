@@ -257,12 +257,16 @@ class Event:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: whole, or stopped at `time` (s) for a reason, with advice."""
+    """How a run ended: whole, or stopped at `time` (s) for a reason, with advice.
+
+    `until` tells whether the formula `run.until` came to 0; None: there is none.
+    """
 
     completed: bool
     time: float
     reason: str = ""
     advice: str = ""
+    until: bool | None = None
 
     @property
     def ending(self) -> str:

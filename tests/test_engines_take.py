@@ -178,6 +178,7 @@ CHANGES = {
         "contacts.strike.law={type: impulse, restitution: 0.5, friction: 0.1}"
     ],
     "`gravity`": ["gravity=[1, -9.81]"],
+    "`until`": ["run.until=t - 1"],
 }
 
 

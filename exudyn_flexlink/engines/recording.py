@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.touching import ExtremeSeeker, Touches
+from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.mechanism import (
+    KNOT_TIME,
     Channel,
     Contact,
     ContactShapes,
@@ -387,6 +389,16 @@ class BlockRecorder(ABC):
             last = last._replace(t=np.nextafter(last.t, 0.0))
             if not self._kept or self._kept[-1].t[-1] < last.t[0]:
                 self._kept.append(last)
+
+    def keep_end(self, time: float) -> None:
+        """Keep what was kept last as the end of the run (s), which is alone at that instant.
+
+        What was before a leap there is dropped.
+        """
+        self.work_off()
+        while len(self._kept) > 1 and self._kept[-1].t[-1] > time - instant(time, KNOT_TIME):
+            self._drop_last()
+        self._kept.append(self._last._replace(t=np.array([time])))
 
     def all_kept(self) -> Kept:
         """All that is kept in one; no force pulls."""

@@ -1,6 +1,7 @@
 """Formulas of a model file: of time, and of angles, speeds and places."""
 
 from exudyn_flexlink.expressions.expression import (
+    OF_JOINTS,
     RATE,
     Expression,
     ExpressionError,

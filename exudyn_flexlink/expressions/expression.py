@@ -76,7 +76,7 @@ _UNIT = (
 )
 _PIECE = re.compile(
     rf"(?P<number>{_NUMBER}(?:{_UNIT})?)"
-    r"|(?P<sensed>(?P<kind>angle|speed|place)\s*\((?P<of>[^()]*)\))"
+    r"|(?P<sensed>(?P<kind>angle|speed|place|force|torque)\s*\((?P<of>[^()]*)\))"
     r"|(?P<name>[^\W\d]\w*)"
     rf"|(?P<operator>\*\*|<=|>=|[-+*/(),<>{MINUS}])"
     r"|(?P<other>\S)"
@@ -129,7 +129,7 @@ def _quantity(piece: re.Match[str]) -> Token:
 
 
 def _sensed(piece: re.Match[str]) -> Sensed:
-    """Read what stands in the brackets of angle, speed and place."""
+    """Read what stands in the brackets of angle, speed, place, force and torque."""
     kind, names = piece["kind"], [name.strip() for name in piece["of"].split(",")]
     if len(names) == 1 and names[0] and not (kind == "place" and "." in names[0]):
         return Sensed(kind, names[0])
@@ -154,6 +154,8 @@ def unknown_name(name: str, known: list[str]) -> ExpressionError:
     return ExpressionError(f"unknown name '{name}'{near}", "there are: " + ", ".join(known))
 
 
+OF_JOINTS = "force", "torque"
+"""What a formula senses that motion alone does not tell."""
 RATE = "rate"
 """Word of a spring's formula for how fast its length, or its angle, grows."""
 DEEPEST = 40  # brackets in brackets
@@ -183,14 +185,23 @@ class _Piece(NamedTuple):
     powers: Powers | None
 
 
-def parse_expression(text: str, words: Sequence[str] = ()) -> Expression:
+def parse_expression(
+    text: str, words: Sequence[str] = (), *, with_forces: bool = False
+) -> Expression:
     """Read a formula; the `words` are of what has it, as a spring has a length and a rate.
+
+    Only one `with_forces` may sense these in joints: others decide on them.
 
     Raises:
         ExpressionError: it is none, or has more than a formula may have.
 
     """
-    return _Reader(text, words).expression()
+    formula = _Reader(text, words).expression()
+    for sensed in () if with_forces else formula.sensed:
+        if sensed.kind in OF_JOINTS:
+            message = f"'{sensed.kind}({sensed.of})' is known in 'run: until' alone"
+            raise ExpressionError(message, "here a formula is of t, angles, speeds and places")
+    return formula
 
 
 def looks_like_expression(text: str) -> bool:
@@ -543,6 +554,11 @@ class Expression:
         first = self._tape.slope(self._result)
         second = self._tape.slope(first)
         return [self._value, *(Program(self._tape, [formula]) for formula in (first, second))]
+
+    @cached_property
+    def whole(self) -> Addend:
+        """All of it as one term, which is not held on sides of its kinks."""
+        return Addend(self._tape, self._result)
 
     @cached_property
     def addends(self) -> list[Addend]:

@@ -345,7 +345,8 @@ class _Search:
 
     def finer(self, value: FloatArray) -> FloatArray:
         """Weighted residuals (N,) of a run with a smaller error, and twice as many samples."""
-        run = Run(duration=self._base.run.duration, sample=(self._base.run.sample or inf) / 2)
+        usual = self._base.run
+        run = Run(duration=usual.duration, until=usual.until, sample=(usual.sample or inf) / 2)
         return self._residuals(self.run(value, self._finer().changed(run=run)))
 
     def _finer(self) -> Scene:

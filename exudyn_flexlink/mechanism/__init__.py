@@ -75,6 +75,7 @@ from exudyn_flexlink.mechanism.equilibrium import (
 )
 from exudyn_flexlink.mechanism.model import (
     GROUND,
+    KNOT_TIME,
     Anchor,
     Apart,
     Channel,
@@ -85,6 +86,7 @@ from exudyn_flexlink.mechanism.model import (
     FlatContact,
     Gear,
     Groove,
+    Held,
     JointFriction,
     LinearSpring,
     Mechanism,
@@ -102,6 +104,7 @@ from exudyn_flexlink.mechanism.model import (
     TorqueMotor,
     Turning,
     TurnStop,
+    Until,
     Weld,
     deepest_allowed,
 )
@@ -125,6 +128,7 @@ from exudyn_flexlink.mechanism.schedule import (
     sample_bytes,
     sample_times,
     turn_goal,
+    until_mistakes,
     wanted_interval,
     with_pulses,
 )

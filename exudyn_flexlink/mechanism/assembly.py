@@ -373,6 +373,8 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     ]
     yield from ((("contacts", name), "no contacts on curves") for name in curved)
     yield from _joints_for_minimal(scene)
+    if scene.run.until is not None:
+        yield ("run", "until"), "no end at a formula"
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"
         if name in scene.ropes:

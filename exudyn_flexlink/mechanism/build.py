@@ -33,7 +33,7 @@ from exudyn_flexlink.curves import (
     reach,
     rounded,
 )
-from exudyn_flexlink.expressions import Expression, Sensed, parse_expression
+from exudyn_flexlink.expressions import OF_JOINTS, Expression, Sensed, parse_expression
 from exudyn_flexlink.laws import Friction, PressingLaw, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism.constraints import (
     anchor_position,
@@ -55,6 +55,7 @@ from exudyn_flexlink.mechanism.model import (
     Gear,
     Geared,
     Groove,
+    Held,
     JointFriction,
     LinearSpring,
     Mechanism,
@@ -71,6 +72,7 @@ from exudyn_flexlink.mechanism.model import (
     TorqueMotor,
     Turning,
     TurnStop,
+    Until,
     Weld,
 )
 from exudyn_flexlink.mechanism.prescribed import (
@@ -477,6 +479,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
         grooves=tuple(
             _groove(scene, slots[n], j, j.acting) for n, j in slotted.items() if j.acting
         ),
+        until=_until(bodies),
     )
 
 
@@ -655,6 +658,25 @@ def _size(bodies: Bodies, value: specs.Value, ramp: float = 0.0) -> Size:
     sensed = value.sensed if isinstance(value, Expression) else ()
     function = _ramp_or_function(value, ramp, bodies.scene.initial.clock)
     return Size(function, tuple(_sense(bodies, sense) for sense in sensed))
+
+
+def _until(bodies: Bodies) -> Until | None:
+    """What ends the run, if a formula does."""
+    formula = bodies.scene.run.until
+    if formula is None:
+        return None
+    drives = bodies.scene.drives.items()
+    senses = (
+        Held(
+            sensed.of,
+            sensed.kind == "torque",
+            tuple(name for name, drive in drives if getattr(drive, "joint", None) == sensed.of),
+        )
+        if sensed.kind in OF_JOINTS
+        else _sense(bodies, sensed)
+        for sensed in formula.sensed
+    )
+    return Until(Formula(formula, bodies.scene.initial.clock), tuple(senses))
 
 
 def _ramp_or_function(value: specs.Value, ramp: float, clock: float) -> Ramp | TimeFunction:

@@ -8,7 +8,7 @@ Contacts are a point and a face or a curve, two circles, a hinge and its stop, a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import hypot, inf
@@ -19,7 +19,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves import Closest, Curve, Farthest, curves_of_laps, reach
 from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
-from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, SpringLaw
+from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, SpringLaw
 
 GROUND = -1
 
@@ -664,6 +664,38 @@ class Size:
 
 
 @dataclass(frozen=True)
+class Held:
+    """Senses the force (N) in a joint, its magnitude, or the torque (N m) on its second part.
+
+    That is of its friction and of the drives of these names.
+    """
+
+    joint: str
+    is_torque: bool
+    drives: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Until:
+    """A formula that ends a run as it rises through 0, by time and by what it senses."""
+
+    value: Formula
+    senses: tuple[Sense | Held, ...] = ()
+
+    @property
+    def by_forces(self) -> bool:
+        """Whether motion alone does not tell its value."""
+        return any(isinstance(sense, Held) for sense in self.senses)
+
+    def size(self, time: FloatArray, sensed: Sequence[FloatArray]) -> float:
+        """How large its terms are at instants (n,) s, beside which others are rounding."""
+        addends, clock = self.value.expression.addends, self.value.clock
+        terms = [term.values(time + clock, sensed) for term in addends]
+        values = [*terms, self.value.values(time, sensed)]
+        return float(np.nanmax(np.abs(values)))
+
+
+@dataclass(frozen=True)
 class TorqueMotor:
     """Turns the second part, and the first back."""
 
@@ -705,6 +737,7 @@ class Mechanism:
     frictions: tuple[JointFriction, ...] = ()
     gears: tuple[Gear, ...] = ()
     grooves: tuple[Groove, ...] = ()
+    until: Until | None = None
     pulses: tuple[float, ...] = ()  # instants (s) within short pulses of drives
     unfound: tuple[str, ...] = ()  # where such pulses were not looked for, in words
 
@@ -738,6 +771,7 @@ class Mechanism:
         """
         applied = [size.value for _, size in self.sizes]
         functions = [*(motor.speed for motor in self.speed_motors), *applied]
+        functions += [] if self.until is None else [self.until.value]
         jumps = {knot for function in functions for knot in function.knots(end)}
         instants = list[float]()
         for knot in sorted(jumps.union(self.pulses)):

@@ -9,7 +9,7 @@ value, or that jump where they must not.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -27,7 +27,15 @@ from exudyn_flexlink.mechanism.closing import CLOSED
 from exudyn_flexlink.mechanism.constraints import anchor_jacobian, motor_place, motor_speed, turning
 from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.dynamics import contact_mass, pushed
-from exudyn_flexlink.mechanism.model import GROUND, Channel, Contact, Mechanism, Motor, Size
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    Channel,
+    Contact,
+    Mechanism,
+    Motor,
+    Size,
+    Until,
+)
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
@@ -235,6 +243,25 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     return TurnGoal(first, second, start, 2 * pi * run.turns)
 
 
+NOT_BEFORE = 1e-9  # of an `until`'s terms: nearer below zero it is zero, where another run ended
+
+
+def until_mistakes(until: Until, sensed: Sequence[FloatArray]) -> list[Mistake]:
+    """Refuse a run that is over as it begins, by what its `until` senses (1,) at time 0.
+
+    Raises:
+        NoValueError: the formula has no value then.
+
+    """
+    start = np.zeros(1)
+    value = float(until.value.values(start, sensed)[0])
+    if value < -NOT_BEFORE * until.size(start, sensed):
+        return []
+    message = f"is {value:.4g} as the run begins: it must be below 0, and ends the run as it rises"
+    hint = "turn its sign, or begin elsewhere; a run that goes on from its end needs another one"
+    return [Mistake(("run", "until"), message, hint)]
+
+
 def formulation(scene: Scene) -> str:
     """How Exudyn represents the scene: what it asks for, or the fastest.
 
@@ -280,7 +307,8 @@ def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
 
 def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
     """Time between samples, s, that shows the motion, as far as one knows before a run."""
-    unknown = scene.run.turns is not None and steady_drive(scene, mechanism) is None
+    turns = scene.run.turns is not None and steady_drive(scene, mechanism) is None
+    unknown = turns or scene.run.until is not None
     needs = [end / (FEWEST * (UNKNOWN if unknown else 1)), *_needs(scene, mechanism, end)]
     return min(needs)
 

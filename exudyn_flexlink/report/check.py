@@ -332,6 +332,12 @@ _FORMULATIONS = {
 
 
 def _time(scene: Scene, duration: float | None) -> str:
+    """How long the run is, and what may end it before."""
+    until = scene.run.until
+    return _at_most(scene, duration) + (f", or until {until} rises through 0" if until else "")
+
+
+def _at_most(scene: Scene, duration: float | None) -> str:
     turns = "" if scene.run.turns is None else f"{number(scene.run.turns)} turns of {scene.run.of}"
     if duration is None:
         limit = scene.run.at_most

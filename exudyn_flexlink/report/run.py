@@ -390,6 +390,9 @@ def cost_table(result: Result) -> Table:
     checks = result.checks
     steps = f"{checks.steps}, from {checks.smallest_step:.3g} to {checks.largest_step:.3g} s"
     rows = [["simulated time", f"{number(result.outcome.time)} s"]]
+    if result.outcome.until is not None:
+        ended = "came to 0, and ended the run" if result.outcome.until else "never came to 0"
+        rows.append(["until", f"{result.scene.run.until}: {ended}"])
     if "solve" in result.timings:
         second = result.timings.get("second run", 0.0)
         more = f", and {second:.2f} s of a second run" if second else ""

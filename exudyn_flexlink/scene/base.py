@@ -15,6 +15,7 @@ from pydantic.functional_serializers import PlainSerializer
 from pydantic.functional_validators import AfterValidator, BeforeValidator
 from pydantic_core import CoreSchema, core_schema
 
+from exudyn_flexlink.expressions import Expression, ExpressionError, parse_expression
 from exudyn_flexlink.quantities import Coordinate, in_words, refuse
 
 GROUND = "ground"
@@ -231,6 +232,9 @@ SLIDING = Refers("joints", "a prismatic joint, or a sleeve", ("prismatic", "slee
 DRIVEN = Refers(
     "joints", "a revolute or prismatic joint, or a sleeve", ("revolute", *SLIDING.kinds)
 )
+HOLDING = Refers(
+    "joints", "a joint of two points, or a slot", ("revolute", "prismatic", "weld", "slot")
+)
 PointName = Annotated[
     str,
     Strict(),
@@ -248,3 +252,28 @@ MovingPointName = Annotated[
 XY = listed("x", "y")
 TwoPoints = Annotated[tuple[PointName, PointName], listed("body.point", "body.point")]
 Point = Annotated[tuple[Coordinate, Coordinate], XY, Field(description="[x, y], metres")]
+
+
+class Condition:
+    """Annotation of a formula of time, state and forces in joints, of any dimension."""
+
+    def read(self, value: object) -> Expression:
+        """Read a formula; raise pydantic's error if it is none."""
+        if isinstance(value, Expression):
+            return value
+        if not isinstance(value, str):
+            refuse(f"expected a formula, got {in_words(value)}", "e.g. 'angle(crank) - 90 deg'")
+        try:
+            formula = parse_expression(value, with_forces=True)
+        except ExpressionError as error:
+            refuse(f"'{value}': {error.message}", error.hint or NEEDS_QUOTES * is_cut(value))
+        if formula.constant is not None:
+            refuse(f"'{value}' never changes", "a formula of time and state that rises through 0")
+        return formula
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self.read, json_schema_input_schema=core_schema.str_schema()
+        )

@@ -19,6 +19,7 @@ from exudyn_flexlink.quantities import Powers
 from exudyn_flexlink.scene.base import (
     DRIVEN,
     GROUND,
+    HOLDING,
     REVOLUTE,
     SLIDING,
     Part,
@@ -196,7 +197,8 @@ def _wanted(sensed: Sensed) -> Refers:
     """The kind of part that an expression must name for the quantity it senses."""
     if sensed.axis:
         return Refers("points")
-    return {"speed": DRIVEN, "place": SLIDING}.get(sensed.kind, REVOLUTE)
+    kinds = {"speed": DRIVEN, "place": SLIDING, "force": HOLDING}
+    return kinds.get(sensed.kind, REVOLUTE)
 
 
 SAME = 1e-9  # of a ratio: if two paths between the same gears differ by more, they lock
@@ -374,7 +376,7 @@ _NAME = re.compile(r"[^\W\d](?:[\w -]*[\w-])?")
 def find_mistakes(parts: Parts) -> list[Mistake]:
     """Return the mistakes of all checks in this file."""
     checks = (_odd_names, Parts.lost_names, _curves, _joints, _springs, _drives, _contacts)
-    others = (_materials_of_laws, gear_mistakes, _initial, _run, _outputs, point_masses)
+    others = (_materials_of_laws, gear_mistakes, _initial, _run, _until, _outputs, point_masses)
     return [mistake for check in (*checks, *others) for mistake in check(parts)]
 
 
@@ -633,6 +635,24 @@ def _run(parts: Parts) -> Iterator[Mistake]:
     if driver is None and isinstance(parts.get("joints", run.of), RevoluteJoint):
         hint = f"no drive gives '{run.of}' a constant speed, so the turns may never be reached"
         yield Mistake(("run",), "missing 'at_most'", hint, on_key=True)
+
+
+def _until(parts: Parts) -> Iterator[Mistake]:
+    """Refuse torques in joints that nothing drives, where no friction acts either."""
+    run, drives = parts.sections.get("run"), parts.sections.get("drives")
+    formula = getattr(run, "until", None)
+    if formula is None or drives is None or None in drives.values():
+        return
+    driven = {getattr(drive, "joint", None) for drive in drives.values()}
+    for sensed in formula.sensed:
+        joint = parts.get("joints", sensed.of)
+        if sensed.kind != "torque" or not isinstance(joint, RevoluteJoint):
+            continue
+        rubs = joint.freewheel is not None or (joint.friction is not None and joint.friction.acts)
+        if sensed.of not in driven and not rubs:
+            message = f"no torque acts in '{sensed.of}': it has no drive and no friction"
+            hint = f"force({sensed.of}) is the force in it; torques of springs follow from angles"
+            yield Mistake(("run", "until"), message, hint)
 
 
 def _outputs(parts: Parts) -> Iterator[Mistake]:

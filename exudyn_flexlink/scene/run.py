@@ -9,10 +9,12 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, Strict, model_validator
 
 from exudyn_flexlink import quantities as si
+from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.scene.base import (
     REVOLUTE,
     SLIDING,
     XY,
+    Condition,
     Flag,
     MovingPointName,
     Name,
@@ -112,7 +114,7 @@ InitialOrRest = Annotated[
 
 
 class Run(Part):
-    """How long to simulate: a duration, or turns of a joint."""
+    """How long to simulate: a duration, or turns of a joint, or until a formula comes to 0."""
 
     one_of = (("duration", "turns"),)
     belonging: ClassVar = {"turns": ("of", "at_most")}
@@ -125,6 +127,12 @@ class Run(Part):
     )
     at_most: si.PositiveDuration | None = Field(
         None, description="end of a run whose turns are never reached"
+    )
+    until: Annotated[Expression, Condition()] | None = Field(
+        None,
+        description="formula of time and state, of any unit; as it rises through 0 the run ends, "
+        "if not before. Below 0 at the start. Beside angle, speed and place: force(joint), "
+        "torque(joint)",
     )
     sample: si.PositiveDuration | None = Field(
         None, description="time between stored results; left out: chosen by the program"

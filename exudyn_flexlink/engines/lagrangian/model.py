@@ -188,6 +188,8 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
             yield ("bodies", name, "stretch"), "rods that do not stretch"
     for force in mechanism.forces:
         yield ("drives", force.name), "no forces at points"
+    if mechanism.until is not None:
+        yield ("run", "until"), "no end at a formula"
     yield from _other_springs(scene, mechanism)
     yield from _rough_impacts(mechanism)
 

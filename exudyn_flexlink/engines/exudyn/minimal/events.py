@@ -199,7 +199,7 @@ COEFFICIENTS = np.linalg.inv(
 )  # coefficients of the polynomial through these
 
 
-def _along(model: MinimalModel, step: Step) -> Now:
+def along_step(model: MinimalModel, step: Step) -> Now:
     """Where the links are within a step, on its polynomial."""
     t = step.t + step.h * PARTS
     state = model.states(t, *step.at(t))
@@ -245,7 +245,7 @@ class KinkWatch:
         """Passage of a kink that comes first within a step; None if there is none."""
         if not self._model.loads.bent:
             return None
-        now, passages = _along(self._model, step), []
+        now, passages = along_step(self._model, step), []
         for load in self._model.loads.bent:
             values = load.switches(now)
             largest = np.maximum(self._largest.get(load, 0.0), np.abs(values).max(axis=1))
@@ -276,7 +276,7 @@ class KinkWatch:
 SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
 
 
-class _AlongStep(NamedTuple):
+class AlongStep(NamedTuple):
     """What formulas sense along a step: derivatives (powers, sensed) at its begin `t` (s)."""
 
     t: float
@@ -368,14 +368,14 @@ class Overlooked:
             if cells and cells.show(given.sensed[0], by_area / 2 / step.h):
                 continue
             try:
-                along = along or loads.formulas(_along(self._model, step))
+                along = along or loads.formulas(along_step(self._model, step))
             except (ValueError, ArithmeticError):  # no place within: the step itself was good
                 return earliest
             clock = given.formula.clock
             scale = FACTORIALS / step.h**TAYLOR_POWERS
             rates = scale[:, None] * (COEFFICIENTS @ np.array(along[number].sensed).T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
-            bounds = _AlongStep(clock + step.t, rates).bounds
+            bounds = AlongStep(clock + step.t, rates).bounds
             for addend in given.formula.expression.addends:
                 if addend.of_time:
                     continue

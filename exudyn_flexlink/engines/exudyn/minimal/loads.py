@@ -254,9 +254,11 @@ class _Place:
         return place.imag if self._axis else place.real
 
 
-def _sensor(
-    layout: TreeLayout, kinematics: LinkKinematics, sense: Sense
-) -> _Linear | _Length | _Place:
+Sensor = _Linear | _Length | _Place
+
+
+def sensor_of(layout: TreeLayout, kinematics: LinkKinematics, sense: Sense) -> Sensor:
+    """What tells the value of a sense by the coordinates of a tree."""
     if isinstance(sense, Apart):
         return _Length(layout, kinematics, sense)
     if isinstance(sense, Placed):
@@ -278,7 +280,7 @@ class LoadSize:
 
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, size: Size) -> None:
         self._applied = size.value
-        self.senses = [_sensor(layout, kinematics, sense) for sense in size.senses]
+        self.senses = [sensor_of(layout, kinematics, sense) for sense in size.senses]
         self.sides: list[float] = []
 
     def value(self, now: Now) -> FloatArray:
@@ -313,9 +315,7 @@ class LoadSize:
 class _Along:
     """A torque or force along what is sensed, or against it (`way` -1), as springs act."""
 
-    def __init__(
-        self, size: LoadSize, sensor: _Linear | _Length | _Place, way: float = 1.0
-    ) -> None:
+    def __init__(self, size: LoadSize, sensor: Sensor, way: float = 1.0) -> None:
         assert not isinstance(sensor, _Place)  # a spring has a length or an angle
         self.sizes, self._sensor, self._way = [size], sensor, way
 
@@ -354,12 +354,12 @@ class Loads:
         for motor in mechanism.torque_motors:
             angle = Turning(motor.first, motor.second, is_speed=False)
             size = LoadSize(layout, kinematics, motor.size)
-            self._supplying.append(_Along(size, _sensor(layout, kinematics, angle)))
+            self._supplying.append(_Along(size, sensor_of(layout, kinematics, angle)))
         self._supplying += [_Force(layout, kinematics, force) for force in mechanism.forces]
         for law, sense in mechanism.spring_laws:
             senses = tuple(replace(sense, is_speed=by_rate) for by_rate in law.by_rate)
             size = LoadSize(layout, kinematics, Size(law.applied, senses))
-            spring = _Along(size, _sensor(layout, kinematics, sense), way=-1.0)
+            spring = _Along(size, sensor_of(layout, kinematics, sense), way=-1.0)
             (self._storing if law.stores else self._supplying).append(spring)
         self._all = [*self._supplying, *self._storing]
         sizes = [size for load in self._all for size in load.sizes]

@@ -30,6 +30,7 @@ from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
+from exudyn_flexlink.engines.exudyn.minimal.until import UntilWatch
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.pair_events import TurnsGuard
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
@@ -71,6 +72,7 @@ class MinimalProblem:
     end: float
     given: float | None
     reached: bool = False
+    came: bool = False  # the formula that ends the run, to zero
     stop_reason: str = ""
     stop_advice: str = ""
     _states: _StepStates | None = None  # the last step looked at
@@ -97,6 +99,10 @@ class MinimalProblem:
         self._begin_pressed(pressed)
         self.finder.frictions.settle(0.0, *self.model.coordinates.independent())
         self.impacts = Impacts(self.model, self.finder, self.recorder)
+        until = assembly.mechanism.until
+        self.until: UntilWatch | None = None
+        if until is not None:
+            self.until = UntilWatch(self.model, self.recorder, until, self._come)
 
     def _begin_pressed(self, pressed: list[int]) -> None:
         """Let contacts press that do at time 0: `pressed` at a rest; ropes that are stretched."""
@@ -246,7 +252,15 @@ class MinimalProblem:
 
     def first_event(self, step: Step) -> Crossing | None:
         """Locate what happens first within a step."""
-        return self.finder.first(step, self._look(step).end)
+        first = self.finder.first(step, self._look(step).end)
+        over = None if self.until is None else self.until.first(step)
+        if first is None or over is None:
+            return first or over
+        return min(first, over, key=lambda crossing: crossing.time)
+
+    def _come(self) -> None:
+        """The formula that ends the run has come to zero."""
+        self.reached = self.came = True
 
     def cross(self, event: Crossing) -> None:
         """Let the event's guard change the equations, once what waits for them is worked off."""

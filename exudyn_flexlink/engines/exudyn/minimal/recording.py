@@ -70,12 +70,12 @@ class TreeRecorder(BlockRecorder):
 
     def begin(self, at: Evaluation) -> None:
         """Take the state at time 0."""
-        self._start(self._known(at.pick(None), at.accelerations[None]))
+        self._start(self.known(at.pick(None), at.accelerations[None]))
 
     def keep(self, at: Evaluation) -> None:
         """Keep a state as it is now, after what happened there."""
         self.work_off()
-        self._keep_now(self._known(at.pick(None), at.accelerations[None]))
+        self._keep_now(self.known(at.pick(None), at.accelerations[None]))
 
     # --- steps --------------------------------------------------------------------------------
 
@@ -139,13 +139,13 @@ class TreeRecorder(BlockRecorder):
             evaluations.append(self.model.forces_at(t[inner], state.pick(inner)))
             free.append(evaluations[-1].accelerations)
         whole: Evaluation = joined(evaluations)
-        known = self._known(whole, np.concatenate(free))
+        known = self.known(whole, np.concatenate(free))
         rates, steps, ends = self._rates(whole, known), _steps(waiting), state.pick(last)
         # At ends of steps, too, accelerations and forces are those of the equations.
         rows = steps.nodes[:, -1]
         solved = whole.pick(rows)
         for column, values in zip(
-            known.of_engine, self._known(solved, solved.accelerations).of_engine, strict=True
+            known.of_engine, self.known(solved, solved.accelerations).of_engine, strict=True
         ):
             column[rows] = values
         # The last round of a step's iteration moved its end away from the last stage.
@@ -160,7 +160,7 @@ class TreeRecorder(BlockRecorder):
 
     # --- what is known ------------------------------------------------------------------------
 
-    def _known(self, at: Evaluation, free: FloatArray) -> Kept:
+    def known(self, at: Evaluation, free: FloatArray) -> Kept:
         """Rows of the record at instants, without totals, by accelerations (m, independent)."""
         whole: TreeForces = at.kept
         state, count = whole.state, len(whole.t)

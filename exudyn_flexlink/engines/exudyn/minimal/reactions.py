@@ -1,0 +1,235 @@
+"""Forces in joints of a tree, and torques of drives, at instants at which its motion is known.
+
+The force of a joint of the tree is Newton's law for all that hangs on it; those of slots, closed
+loops and motors follow from what the equations of motion leave.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
+from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
+from exudyn_flexlink.engines.exudyn.minimal.recording import TreeKept
+from exudyn_flexlink.engines.recording import Kept, push_of
+from exudyn_flexlink.mechanism import (
+    GROUND,
+    Contact,
+    force_at,
+    left_of,
+    line_of,
+    sizes_at,
+    spring_force,
+    tooth_pushes,
+    turned,
+    without_teeth,
+)
+from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
+
+
+@dataclass
+class Reactions:
+    """Forces (instants, 2) by joint, N, and on parts; by drive its torque (instants,), N m.
+
+    `torques` of drives along a slide are forces along that, N. `gears` are as in the Result.
+    """
+
+    forces: dict[str, FloatArray] = field(default_factory=dict)
+    torques: dict[str, FloatArray] = field(default_factory=dict)
+    gears: dict[str, FloatArray] = field(default_factory=dict)
+    on_parts: list[tuple[int, FloatArray]] = field(default_factory=list)
+
+
+def reactions_of(
+    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray, poses: FloatArray
+) -> Reactions:
+    """Reactions at instants (n,) with coordinates x (n, links) and slots' places (n, slots).
+
+    The parts are at `poses` (n, parts, 3).
+
+    `forces` (n, links) are the constraint forces of motors, slots and loops. Where joints are
+    redundant their forces are the least of those that are possible.
+    """
+    if isinstance(model.coordinates, ClosedCoordinates):
+        return _of_closures(model, x, places, forces, poses)
+    reactions = Reactions()
+    number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
+    for guided in model.layout.slots:
+        force = _guided(guided, x, places[:, number[guided.slot.name]], forces)
+        reactions.forces[guided.slot.name] = force
+        reactions.on_parts.append((guided.slot.anchor.part, force))
+    for ride in model.layout.rides:
+        force = forces[:, ride.along]
+        reactions.forces[ride.slot.name] = force
+        reactions.on_parts.append((ride.slot.anchor.part, force))
+    for link, (motor, sign) in model.layout.motors.items():
+        torque = forces[:, link].copy()
+        for guided in model.layout.slots:
+            if guided.turning == link:
+                torque -= _moment(model, guided, x, reactions.forces[guided.slot.name])
+        reactions.torques[motor.name] = sign * torque
+    return reactions
+
+
+def _guided(
+    guided: GuidedSlot, x: FloatArray, places: FloatArray, forces: FloatArray
+) -> FloatArray:
+    """Force of a slot on its point: along the curve's normal, and what holds the slide."""
+    normal = guided.slot.curve.normal(places)
+    angle = x[:, guided.turning]
+    along = normal[:, 0] * np.cos(angle) + normal[:, 1] * np.sin(angle)
+    return np.asarray((forces[:, guided.sliding] / along)[:, None] * normal)
+
+
+def _moment(
+    model: MinimalModel, guided: GuidedSlot, x: FloatArray, force: FloatArray
+) -> FloatArray:
+    """Moment of a slot's force about the guide's pivot, N m."""
+    at = Points(model.layout, [guided.slot.anchor]).places(model.kinematics.places(x))[:, 0]
+    arm = at - complex(*guided.pivot)
+    return np.asarray(arm.real * force[:, 1] - arm.imag * force[:, 0])
+
+
+def _of_closures(
+    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray, poses: FloatArray
+) -> Reactions:
+    coordinates = model.coordinates
+    assert isinstance(coordinates, ClosedCoordinates)
+    closures, motors = coordinates.closures, model.layout.motors
+    # Places count along the whole curves, not on their present pieces.
+    curves = [point.slot.curve.places for point in coordinates.points]
+    jacobian = closures.jacobian(closures.joined(x, places), curves)
+    multipliers, rest = _multipliers(jacobian, closures.known, forces)
+    reactions = Reactions()
+    reactions.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
+    teeth = tooth_pushes((gear for _, gear in closures.gears), reactions.gears, poses)
+    reactions.on_parts += [(push.part, push.force) for push in teeth]
+    in_joints = closures.forces(x, multipliers)
+    # Of the gaps those of joints are the first; motors along slides have some, too.
+    rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
+    for joint, (first, second), reaction in rows:
+        force = np.stack([reaction.real, reaction.imag], axis=-1)
+        force = reactions.forces[joint.name] = without_teeth(joint.name, force, teeth)
+        reactions.on_parts += [(second, force), (first, -force)]
+    for row, motor in closures.motors:
+        reactions.torques[motor.name] = multipliers[:, row]
+    for link, (motor, sign) in motors.items():
+        reactions.torques[motor.name] = sign * rest[:, link]
+    return reactions
+
+
+def _multipliers(
+    jacobian: FloatArray, known: IndexArray, forces: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Multipliers (n, rows) of `forces` (n, links), and what is left of those for motors.
+
+    Where joints are redundant, those multipliers that are least. The coordinates `known` are those
+    of motors of the tree.
+    """
+    turned, links = jacobian.transpose(0, 2, 1), forces.shape[1]
+    whole = np.zeros(turned.shape[:2])
+    whole[:, :links] = forces
+    unknown = np.setdiff1d(np.arange(turned.shape[1]), known)
+    inverse = np.linalg.pinv(turned[:, unknown], rcond=RANK)
+    multipliers = (inverse @ whole[:, unknown, None])[:, :, 0]
+    rest = whole - (turned @ multipliers[:, :, None])[:, :, 0]
+    return np.asarray(multipliers), np.asarray(rest[:, :links])
+
+
+class JointForces:
+    """Forces and torques at instants (n,) that are kept, with the forces of all `contacts`."""
+
+    def __init__(self, model: MinimalModel, contacts: Sequence[Contact], kept: Kept) -> None:
+        self.model, self.mechanism = model, model.assembly.mechanism
+        self.kept = kept
+        tree: TreeKept = kept.of_engine
+        self.time = kept.t
+        self.moved: Motions = motions(model.layout, model.kinematics, tree.x, tree.v, tree.a)
+        self.pulls = {
+            spring: spring_force(spring, self.moved.poses, self.moved.rates)
+            for spring in self.mechanism.linear_springs
+        }
+        self.on_points = self._pressing(contacts)
+        self.forces = {
+            force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
+            for force in self.mechanism.forces
+        }
+        self.force_parts = {
+            force.name: (force.point.part, GROUND) for force in self.mechanism.forces
+        }
+        self.reactions = reactions_of(model, tree.x, kept.places, tree.forces, self.moved.poses)
+        for motor in self.mechanism.speed_motors:
+            if motor.slide:
+                line = line_of(motor.slide, self.moved.poses)
+                self.forces[motor.name] = self.reactions.torques.pop(motor.name)[:, None] * line
+                self.force_parts[motor.name] = motor.second, motor.first
+
+    def _pressing(self, contacts: Sequence[Contact]) -> list[tuple[Contact, FloatArray]]:
+        """Forces (n, 2) of contacts on the first parts, N."""
+        points, pressed = [], self.kept.pressed
+        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
+            contact, rows = contacts[k], pressed[:, k]
+            at = self.moved.poses[rows], self.moved.rates[rows]
+            push = np.zeros((len(rows), 2))
+            push[rows] = push_of(contact, *at, self.kept.press[rows, k])
+            points.append((contact, push))
+        return points
+
+    def torques(self) -> dict[str, FloatArray]:
+        """Torque of each drive that has one on its joint's second part, N m."""
+        torques = dict(self.reactions.torques)
+        state = self.time, self.moved.poses, self.moved.rates
+        for motor in self.mechanism.torque_motors:
+            torques[motor.name] = sizes_at(motor.size, *state)
+        return torques
+
+    def in_joints(self, names: Iterable[str]) -> dict[str, FloatArray]:
+        """Force (n, 2) of joints of two points on their second one, N.
+
+        It is Newton's law for all that hangs on the joint. Joints with clearance are left out.
+        """
+        given = self._given()
+        forces = {}
+        for name in names:
+            hanging = hanging_on(self.mechanism, self.model.layout, name)
+            if hanging is not None:
+                held, sign = hanging
+                force = sum((self._momentum_rate(part) - given[part] for part in held),
+                            np.zeros((len(self.time), 2)))  # fmt: skip
+                forces[name] = sign * force
+            elif name in self.reactions.forces:
+                forces[name] = self.reactions.forces[name]
+        return forces
+
+    def _momentum_rate(self, part: int) -> FloatArray:
+        """Mass times acceleration of a part's centre, less its weight, N."""
+        body = self.mechanism.parts[part]
+        pose, rate, bend = (
+            m[:, part] for m in (self.moved.poses, self.moved.rates, self.moved.bends)
+        )
+        arm = turned(np.array(body.centre), pose[:, 2])
+        acceleration = bend[:, :2] + bend[:, 2:] * left_of(arm) - rate[:, 2:] ** 2 * arm
+        return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
+
+    def _given(self) -> list[FloatArray]:
+        """Forces of slots, closed loops, springs, drives and contacts on each part, N."""
+        given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
+        between = [
+            *((spring.second.part, spring.first.part, pull) for spring, pull in self.pulls.items()),
+            *((*self.force_parts[name], force) for name, force in self.forces.items()),
+            *((*contact.parts, force) for contact, force in self.on_points),
+        ]
+        pushed = [
+            *self.reactions.on_parts,
+            *((first, force) for first, _, force in between),
+            *((second, -force) for _, second, force in between),
+        ]
+        for part, force in pushed:
+            if part != GROUND:
+                given[part] += force
+        return given
