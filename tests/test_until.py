@@ -195,6 +195,32 @@ def test_forces_in_loops_and_slots_end_a_run_where_their_columns_say():
         assert first - 1e-3 < result.time[-1] <= first
 
 
+@pytest.mark.parametrize(
+    ("joint", "settings"),
+    [
+        (
+            "pin",
+            [
+                "joints.pin={type: revolute, points: [ground, rod.o], at: [0, 0], "
+                "clearance: 0.2 mm, radius: 5 mm, law: {stiffness: 1.0e6, restitution: 0.5}}"
+            ],
+        ),
+        (
+            "fixed",
+            [
+                "joints.fixed={type: weld, points: [rod.tip, end.o]}",
+                "bodies.end={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0]}}",
+            ],
+        ),
+        ("pin", ["accuracy={step: 1 ms}"]),
+    ],
+    ids=["of a journal", "of a weld", "by steps of one length"],
+)
+def test_a_run_ends_at_a_force(joint, settings):
+    result = came(ROD, f"force({joint}) - 15 N", *settings)
+    assert np.hypot(*result.joint_forces[joint][-1]) == pytest.approx(15, abs=1e-6)
+
+
 # --- what is refused ------------------------------------------------------------------------------
 
 
@@ -215,14 +241,15 @@ def refused(text, *settings):
         ("torque(pin) - 1 N m", "no torque acts in 'pin': it has no drive and no friction"),
         ("speed(pin) - 1 N + 1 m", "can't go together"),
         ("5 N", "never changes"),
-        ("force(rod.o) - 1 N", "has no joint"),
+        ("force(rod.o) - 1 N", "unknown joint 'rod.o'"),
+        ("place(pin) - 1 m", "needs a prismatic joint, or a sleeve; 'pin' is of type revolute"),
     ],
 )
 def test_what_can_end_no_run_is_refused_at_its_line(until, message):
-    text = refused(ROD, f"run.until={until}")
-    if until != "force(rod.o) - 1 N":
-        assert message in text
-    assert "until" in text
+    given = ROD.replace("{duration: 2}", f'{{duration: 2, until: "{until}"}}')
+    text = refused(given)
+    assert message in text
+    assert text.startswith("law.yaml:7:27: run.until: ")
 
 
 def test_forces_in_joints_are_for_the_end_of_a_run_alone():
