@@ -88,6 +88,7 @@ MECHANISMS = (
     "hard/short_spring",
     "hard/sharp_groove",
     "hard/squircle",
+    "hard/rounded_corners",
     "hard/micron_bearing",
     "hard/dome",
     "hard/kinked_drive",

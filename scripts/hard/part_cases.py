@@ -41,6 +41,7 @@ PART_CASES = (
     ),
     Case("sharp_groove", "one equation", TOLD, EXUDYN, part_truths.sharp_groove),
     Case("squircle", "closed form", TOLD, EXUDYN, part_truths.squircle),
+    Case("rounded_corners", "closed form", TOLD, EXUDYN, part_truths.rounded_corners),
     Case("micron_bearing", "three equations", PLAIN, EXUDYN, part_truths.micron_bearing),
     Case(
         "grazing_circles",

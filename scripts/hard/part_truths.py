@@ -113,6 +113,31 @@ def squircle(result: Result) -> float:
     return _off(result, np.stack([np.interp(way, length, x), np.interp(way, length, y)], axis=-1))
 
 
+def rounded_corners(result: Result) -> float:
+    """A bead that keeps its speed round a polygon, each corner of which is an arc.
+
+    It starts in the middle of the first side. An arc of radius R at a corner that turns by d touches
+    both sides R tan(d/2) from it.
+    """
+    scene = result.scene
+    track = scene.curves["track"]
+    corners = np.array(track.points) @ [1, 1j]
+    ways = np.roll(corners, -1) - corners
+    turns = np.angle(np.roll(ways, -1) / ways)  # at the end of each side
+    taken = track.round * np.tan(turns / 2)
+    straight = np.abs(ways) - taken - np.roll(taken, 1)
+    ends = np.cumsum(straight + track.round * turns)
+    way = scene.initial.velocities["bead"][0] * result.time + abs(ways[0]) / 2 - taken[-1]
+    way = np.mod(way, ends[-1])
+    side = np.searchsorted(ends, way, side="right")
+    done = way - np.append(0.0, ends)[side]
+    along = ways[side] / np.abs(ways[side])
+    place = corners[side] + (taken[side - 1] + np.minimum(done, straight[side])) * along
+    turned = np.maximum(done - straight[side], 0.0) / track.round
+    place += track.round * along * (np.sin(turned) + 1j * (1 - np.cos(turned)))
+    return _off(result, np.stack([place.real, place.imag], axis=-1))
+
+
 def micron_bearing(result: Result) -> float:
     """A pendulum whose journal's middle, at (x, y), is pressed back from the bearing's wall."""
     scene = result.scene
