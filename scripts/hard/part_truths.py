@@ -116,8 +116,8 @@ def squircle(result: Result) -> float:
 def rounded_corners(result: Result) -> float:
     """A bead that keeps its speed round a polygon, each corner of which is an arc.
 
-    It starts in the middle of the first side. An arc of radius R at a corner that turns by d touches
-    both sides R tan(d/2) from it.
+    It starts in the middle of the first side. An arc of radius R, at a corner that turns by d, is
+    R tan(d/2) from it on both sides.
     """
     scene = result.scene
     track = scene.curves["track"]
