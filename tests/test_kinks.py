@@ -258,6 +258,6 @@ accuracy: {{tolerance: 1.0e-7}}
     ],
 )
 def test_against_integration_by_pieces(force, speed, law, zeros):
-    found = block(force, speed, 0.3, tolerance=1e-7)
+    found = block(force, speed, 0.1, tolerance=1e-7)
     right = by_pieces(law, zeros, speed, found.time)
     np.testing.assert_allclose(found.poses[:, 0, 0], right, rtol=0, atol=1e-7)
