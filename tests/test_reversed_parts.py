@@ -20,7 +20,7 @@ EXAMPLES = Path(__file__).parent.parent / "docs" / "reference" / "examples"
 FILES = [file for file in sorted(EXAMPLES.glob("*.yaml")) if file.stem != "supported"]
 DOCUMENTS = {file.stem: load_document(file) for file in FILES}
 TOLERANCE = 1e-5
-NOT_IN_REDUNDANT = {"friction", "acts", "preload", "limits"}
+NOT_IN_REDUNDANT = {"friction", "acts", "preload", "limits", "freewheel"}
 LINEAR = {  # in place of tables and formulas
     "torque": {"stiffness": 2, "rest_angle": 0.5, "damping": 0.1},
     "force": {"stiffness": 300, "length": 0.1, "damping": 5},
@@ -41,7 +41,7 @@ def without(data):
         and not (isinstance(value, dict) and value.get("type", "").endswith("_on_curve"))
     }
     for key in LINEAR.keys() & kept.keys():
-        if isinstance(kept.pop(key), dict):
+        if isinstance(kept.pop(key), dict) or kept.get("type") in {"linear", "torsional"}:
             kept |= LINEAR[key]
     if "law" in kept and kept["law"].get("type", "penalty") != "penalty":
         kept["law"] = {"stiffness": 1e5, "restitution": 0.5}
