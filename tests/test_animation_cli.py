@@ -12,7 +12,7 @@ from exudyn_flexlink.animation import writing as writing_room
 from exudyn_flexlink.api.results import api_result
 from exudyn_flexlink.cli import main
 
-FEW = ["--from", "0.3", "--to", "0.33", "--speed", "0.05", "--width", "200"]
+FEW = ["--from", "0.3", "--to", "0.31", "--speed", "0.05", "--width", "200"]
 
 
 @pytest.fixture(scope="module")
