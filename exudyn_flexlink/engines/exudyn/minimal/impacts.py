@@ -43,7 +43,12 @@ from exudyn_flexlink.engines.exudyn.minimal.friction import (
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.touching import Change, Moment
-from exudyn_flexlink.integrate.complementarity import complementary, rubbing_impact
+from exudyn_flexlink.integrate.complementarity import (
+    RubbingImpact,
+    complementary,
+    gains_energy,
+    rubbing_impact,
+)
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
@@ -122,7 +127,8 @@ def jump_of(
     if len(struck):
         felt = joints.impulses_by(at, free, rows)[:, struck]
         speeds = joints.rows[struck] @ state.v
-        bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck)
+        none = np.zeros(len(struck))
+        bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck, none)
         blow = _with_joints(mobility, gaps, restitution, laws, bounds)
     else:
         blow = _blow(mobility, gaps, restitution, laws)
@@ -162,31 +168,14 @@ def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArra
 
 
 def _blow(
-    mobility: FloatArray,
-    gaps: Gaps,
-    restitution: FloatArray,
-    laws: Sequence[RigidContact],
-    moved: FloatArray | None = None,
+    mobility: FloatArray, gaps: Gaps, restitution: FloatArray, laws: Sequence[RigidContact]
 ) -> Blow:
-    """Impulses by speeds (2c, 2c) that units of them make, across and along all contacts.
-
-    `moved` (2c,) are speeds that friction of joints adds at the same instant.
-    """
+    """Impulses by speeds (2c, 2c) that units of them make, across and along all contacts."""
     before, count = gaps.touching[:, 1], len(laws)
     none = np.zeros(0)
-    masses = mobility.reshape(2, count, 2, count) if moved is None else None
-    if masses is None or coupled(masses, laws):
-        turned = [law.name for law in laws if law.tangential != 0]
-        if turned:
-            raise ArithmeticError(f"contact '{turned[0]}' {AMONG_OTHERS}")
-        rough = np.array(
-            [0.0 if law.friction is None else law.friction.coefficient for law in laws]
-        )
-        try:
-            hit = rubbing_impact(mobility, gaps.speeds, restitution, rough, moved)
-        except ArithmeticError as error:
-            names = ", ".join(f"'{law.name}'" for law in laws)
-            raise ArithmeticError(f"contacts {names} are closed at once: {error}") from None
+    masses = mobility.reshape(2, count, 2, count)
+    if coupled(masses, laws):
+        hit = _all_at_once(mobility, gaps.speeds, restitution, laws)
         after = np.where(hit.across > 0, -restitution * before, hit.gap_rate)
         return Blow(hit.across, hit.along, none, after, hit.slip)
     across = mobility[:count, :count]
@@ -206,11 +195,35 @@ def _blow(
     return Blow(push, rub, none, after, slip)
 
 
+def _all_at_once(
+    mobility: FloatArray,
+    speeds: FloatArray,
+    restitution: FloatArray,
+    laws: Sequence[RigidContact],
+    moved: FloatArray | None = None,
+) -> RubbingImpact:
+    """What contacts do, one or more of which rub; those without a law are smooth.
+
+    Arguments are those of `rubbing_impact`, with the laws of the first contacts.
+    """
+    turned = [law.name for law in laws if law.tangential != 0]
+    if turned:
+        raise ArithmeticError(f"contact '{turned[0]}' {AMONG_OTHERS}")
+    rough = np.zeros(len(restitution))
+    rough[: len(laws)] = [0.0 if law.friction is None else law.friction.coefficient for law in laws]
+    try:
+        return rubbing_impact(mobility, speeds, restitution, rough, moved)
+    except ArithmeticError as error:
+        names = ", ".join(f"'{law.name}'" for law in laws)
+        raise ArithmeticError(f"contacts {names} are closed at once: {error}") from None
+
+
 class JointBounds(NamedTuple):
     """Joints (j,) that take an impulse: shares of the impulse in the joint, speeds before.
 
     `felt` (2c + j, j, 2) are impulses in them by units of those of contacts, across and along, and
-    of their own friction; `which` are their numbers among all `joints`.
+    of their own friction; `which` are their numbers among all `joints`. `rub` (j,) are impulses of
+    that friction as far as they are known.
     """
 
     shares: FloatArray
@@ -218,6 +231,7 @@ class JointBounds(NamedTuple):
     speeds: FloatArray
     joints: JointFrictions
     which: IndexArray
+    rub: FloatArray
 
 
 def _with_joints(
@@ -236,20 +250,67 @@ def _with_joints(
 
     """
     contacts = 2 * len(laws)
-    rub = np.zeros(len(joints.shares))
     for _ in range(MOST_ROUNDS):
-        of_contacts = mobility[:contacts, :contacts]
-        by_joints = mobility[:contacts, contacts:] @ rub
-        blow = _blow(of_contacts, gaps, restitution, laws, by_joints)
-        impulses = np.concatenate([blow.push, blow.rub])
-        felt = np.einsum("kji,k->ji", joints.felt, np.append(impulses, rub))
-        bound = joints.shares * np.linalg.norm(felt, axis=1)
-        free = joints.speeds + mobility[contacts:, :contacts] @ impulses
-        limits = joints.joints.bounds(bound, joints.which)
-        before, rub = rub, within_bounds(mobility[contacts:, contacts:], free, limits)
-        if np.abs(rub - before).max() <= SEARCH_ROUNDING * np.abs(rub).max():
-            return blow._replace(joints=rub)
+        blow, lock = _beside_joints(mobility, gaps, restitution, laws, joints)
+        impulses = np.concatenate([blow.push, blow.rub, lock])
+        free = joints.speeds + mobility[contacts:] @ impulses
+        whole = np.append(impulses[:contacts], lock + joints.rub)
+        bound = joints.shares * np.linalg.norm(np.einsum("kji,k->ji", joints.felt, whole), axis=1)
+        rub = within_bounds(mobility[contacts:, contacts:], free, (-bound, bound))
+        change, joints = np.abs(rub - joints.rub), joints._replace(rub=rub)
+        # Beside what would stop each joint: what is zero but for rounding never settles.
+        moved = np.abs(joints.speeds) + np.abs(mobility[contacts:]) @ np.abs(impulses)
+        if (change <= SEARCH_ROUNDING * moved / np.diag(mobility)[contacts:]).all():
+            return blow._replace(joints=lock + rub)
     raise LockedError(joints.joints.all[joints.which[0]].name)
+
+
+def _beside_joints(
+    mobility: FloatArray,
+    gaps: Gaps,
+    restitution: FloatArray,
+    laws: Sequence[RigidContact],
+    joints: JointBounds,
+) -> tuple[Blow, FloatArray]:
+    """Impulses of contacts, and those (j,) with which freewheels lock, beside friction of joints.
+
+    A freewheel is as one more contact, smooth and without a bounce; only its drag is friction.
+
+    Raises:
+        ArithmeticError: no impulses are known, or energy would be gained.
+
+    """
+    count, contacts = len(laws), 2 * len(laws)
+    one_way = joints.joints.one_way[joints.which]
+    wheels = np.flatnonzero(one_way)
+    closing = count + len(wheels)
+    numbers = np.r_[:count, contacts + wheels, count:contacts]
+    signs = np.ones(len(numbers))
+    signs[count:closing] = one_way[wheels]
+    # Freewheels have no speed along themselves.
+    system, speeds, moved = np.zeros((2 * closing,) * 2), *np.zeros((2, 2 * closing))
+    used = slice(len(numbers))
+    system[used, used] = mobility[np.ix_(numbers, numbers)] * signs[:, None] * signs
+    speeds[used] = signs * np.append(gaps.speeds, joints.speeds)[numbers]
+    moved[used] = signs * (mobility[numbers, contacts:] @ joints.rub)
+    bounces = np.append(restitution, np.zeros(len(wheels)))
+    if all(law.friction is None for law in laws):
+        begin = speeds + moved
+        across = complementary(
+            system[:closing, :closing], begin[:closing] + bounces * speeds[:closing]
+        )
+        end = begin + system[:, :closing] @ across
+        if gains_energy(across, begin[:closing], end[:closing]):
+            names = ", ".join(f"'{law.name}'" for law in laws)
+            raise ArithmeticError(f"restitution of {names} with a freewheel would gain energy")
+        hit = RubbingImpact(across, np.zeros(closing), end[:closing], end[closing:])
+    else:
+        hit = _all_at_once(system, speeds, bounces, laws, moved)
+    lock = np.zeros(len(joints.rub))
+    lock[wheels] = one_way[wheels] * hit.across[count:]
+    push = hit.across[:count]
+    after = np.where(push > 0, -restitution * gaps.touching[:, 1], hit.gap_rate[:count])
+    return Blow(push, hit.along[:count], np.zeros(0), after, hit.slip[:count]), lock
 
 
 def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
