@@ -172,6 +172,16 @@ def test_a_stop_turns_back_all_that_hangs_on_a_locked_freewheel():
     assert result.rates[-1, :, 2] == pytest.approx([1, 1], abs=1e-10)
 
 
+def test_what_is_caught_up_with_in_an_impact_costs_the_contact_energy():
+    """The stop throws what is light after the wheel, which locks; friction would lose nothing."""
+    result = alone(*LIGHT, "bodies.motor.inertia=0.1", "initial.speeds={motor: -2, load: 0.5}")
+    (hit,) = result.intervals["axle.from"]
+    assert result.rates[-1, :, 2] == pytest.approx([1, 1], abs=1e-10)
+    energy = [0.1 * 4 + 0.3 * 0.25, 0.4]
+    assert hit.energy_lost == pytest.approx((energy[0] - energy[1]) / 2)
+    assert np.abs(result.frictions["clutch"].lost).max() < 1e-12
+
+
 def test_an_impact_that_would_gain_energy_ends_the_run():
     """The stop, which loses nothing, throws what is light after the wheel that is just faster."""
     law = "joints.axle.limits.law.restitution=1"

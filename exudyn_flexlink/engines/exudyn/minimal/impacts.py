@@ -62,6 +62,7 @@ INVISIBLE_SPEED = 1e-4
 NO_ACCELERATION = 1e-9
 # Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
 NOTHING_PASSED_ON = 1e-6
+TINY = float(np.finfo(float).tiny)
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 
@@ -92,11 +93,15 @@ class Jump(NamedTuple):
 
 
 class Blow(NamedTuple):
-    """Impulses of contacts (c,) across and along them, and of joints' friction; rates after."""
+    """Impulses of contacts (c,) across and along them, and in joints (j,); rates after.
+
+    Of those in joints, `lock` is what freewheels hold; the rest is friction.
+    """
 
     push: FloatArray
     rub: FloatArray
     joints: FloatArray
+    lock: FloatArray
     after: FloatArray
     slip: FloatArray
 
@@ -142,8 +147,14 @@ def jump_of(
     of_each, of_joints = work[:count] + work[count : 2 * count], work[2 * count :].sum()
     turned = speeds + speeds + mobility[2 * count :] @ impulses
     joints_lost = np.zeros(len(joints.all))
-    joints_lost[struck] = -0.5 * blow.joints * turned
-    closed = blow.push * (before + blow.after)
+    joints_lost[struck] = -0.5 * (blow.joints - blow.lock) * turned
+    # A freewheel locks once its speed has come to zero, and does no work by itself: what these
+    # formulas say it does, contacts do that turn it.
+    turns = np.abs(mobility[2 * count :, : 2 * count] * impulses[: 2 * count])
+    turns = turns[:, :count] + turns[:, count:]
+    whole = np.maximum(turns.sum(axis=1), TINY)  # 0 of a freewheel that none turns
+    locked = (blow.lock * turned / whole) @ turns
+    closed = blow.push * (before + blow.after) + locked
     slid = blow.rub * (gaps.slip + blow.slip)
     return Jump(
         jumps.sum(axis=1),
@@ -177,7 +188,7 @@ def _blow(
     if coupled(masses, laws):
         hit = _all_at_once(mobility, gaps.speeds, restitution, laws)
         after = np.where(hit.across > 0, -restitution * before, hit.gap_rate)
-        return Blow(hit.across, hit.along, none, after, hit.slip)
+        return Blow(hit.across, hit.along, none, none, after, hit.slip)
     across = mobility[:count, :count]
     push = complementary(across, (1 + restitution) * before)
     after = before + across @ push
@@ -192,7 +203,7 @@ def _blow(
         if not meeting.is_round:
             after[c] = before[c] + across[c, c] * push[c] + meeting.both * rub[c]
         slip[c] = meeting.slip + meeting.along * rub[c] + meeting.both * push[c]
-    return Blow(push, rub, none, after, slip)
+    return Blow(push, rub, none, none, after, slip)
 
 
 def _all_at_once(
@@ -251,17 +262,17 @@ def _with_joints(
     """
     contacts = 2 * len(laws)
     for _ in range(MOST_ROUNDS):
-        blow, lock = _beside_joints(mobility, gaps, restitution, laws, joints)
-        impulses = np.concatenate([blow.push, blow.rub, lock])
+        blow = _beside_joints(mobility, gaps, restitution, laws, joints)
+        impulses = np.concatenate([blow.push, blow.rub, blow.lock])
         free = joints.speeds + mobility[contacts:] @ impulses
-        whole = np.append(impulses[:contacts], lock + joints.rub)
+        whole = np.append(impulses[:contacts], blow.lock + joints.rub)
         bound = joints.shares * np.linalg.norm(np.einsum("kji,k->ji", joints.felt, whole), axis=1)
         rub = within_bounds(mobility[contacts:, contacts:], free, (-bound, bound))
         change, joints = np.abs(rub - joints.rub), joints._replace(rub=rub)
         # Beside what would stop each joint: what is zero but for rounding never settles.
         moved = np.abs(joints.speeds) + np.abs(mobility[contacts:]) @ np.abs(impulses)
         if (change <= SEARCH_ROUNDING * moved / np.diag(mobility)[contacts:]).all():
-            return blow._replace(joints=lock + rub)
+            return blow._replace(joints=blow.lock + rub)
     raise LockedError(joints.joints.all[joints.which[0]].name)
 
 
@@ -271,7 +282,7 @@ def _beside_joints(
     restitution: FloatArray,
     laws: Sequence[RigidContact],
     joints: JointBounds,
-) -> tuple[Blow, FloatArray]:
+) -> Blow:
     """Impulses of contacts, and those (j,) with which freewheels lock, beside friction of joints.
 
     A freewheel is as one more contact, smooth and without a bounce; only its drag is friction.
@@ -310,7 +321,7 @@ def _beside_joints(
     lock[wheels] = one_way[wheels] * hit.across[count:]
     push = hit.across[:count]
     after = np.where(push > 0, -restitution * gaps.touching[:, 1], hit.gap_rate[:count])
-    return Blow(push, hit.along[:count], np.zeros(0), after, hit.slip[:count]), lock
+    return Blow(push, hit.along[:count], lock, lock, after, hit.slip[:count])
 
 
 def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
