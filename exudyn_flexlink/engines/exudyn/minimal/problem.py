@@ -332,8 +332,9 @@ class MinimalProblem:
             self.stop_reason = str(error)
             driven = self.model.assembly.mechanism.speed_motors
             advice = GIVE_WAY + NO_HELD_SPEED * bool(driven)
-            by_friction = isinstance(error, JammedError | LockedError)
-            self.stop_advice = error.advice if by_friction else advice
+            self.stop_advice = advice
+            if isinstance(error, JammedError | LockedError):
+                self.stop_advice = error.advice
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         for other in self.model.rigid.all:  # one impact may begin or end others
