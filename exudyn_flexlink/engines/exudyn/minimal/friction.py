@@ -472,6 +472,35 @@ class _Known(NamedTuple):
     by: FloatArray
 
 
+class Answer(NamedTuple):
+    """How joints answer what begins to press, at one state.
+
+    Freewheels (w,) that may lock: `rows` (w, independent) of the speeds that they bar from falling
+    below zero, with which they already `lock`, and how these accelerate, `away`. `held` (h,
+    independent) are rows of the other joints that rest.
+    """
+
+    rows: FloatArray
+    lock: FloatArray
+    away: FloatArray
+    held: FloatArray
+
+    def moved(self, rows: FloatArray, pushed: FloatArray, mass: FloatArray) -> FloatArray:
+        """Accelerations (c + w, c + w) of gaps and freewheels by units of what acts in each.
+
+        Gaps have `rows` (c, independent), their contacts push by `pushed`. Joints that rest are
+        carried along, but where contacts hold all that these do.
+        """
+        rows, pushed = np.vstack([rows, self.rows]), np.vstack([pushed, self.rows])
+        freely = rows @ np.linalg.solve(mass, pushed.T)
+        if not len(self.held):
+            return np.asarray(freely)
+        back = np.linalg.solve(mass, self.held.T)
+        carried = freely - rows @ back @ scaled_inverse(self.held @ back) @ (pushed @ back).T
+        moves = np.diag(carried) > COUPLED * np.diag(freely)
+        return np.asarray(carried if moves.all() else freely)
+
+
 class JointFrictions:
     """Friction in a layout's joints: `way` (joints,) is 0 of a joint at rest, else 1 or -1."""
 
@@ -663,6 +692,18 @@ class JointFrictions:
     def held_rows(self, at: Evaluation) -> FloatArray:
         """Return g (k, independent) of the joints that rest, at one state."""
         return self._free(at.kept.state)[self.held] if self.all else np.zeros((0, len(at.mass)))
+
+    def answer(self, at: Evaluation) -> Answer:
+        """Return how joints answer what begins to press, at one state with their friction."""
+        state: TreeState = at.kept.state
+        free, rate = self._free(state), self.rows @ state.v
+        still = np.abs(rate) <= np.where(self.way == 0, HELD_STILL, STILL)
+        rests = still & free.any(axis=1)
+        wheels, held = rests & (self.one_way != 0), rests & (self.one_way == 0) & (self.way == 0)
+        ways, (torque, bound) = self.one_way[wheels], at.kept.friction[wheels, :2].T
+        away = free[wheels] @ at.accelerations + self.rows[wheels] @ state.b
+        rows = ways[:, None] * free[wheels]
+        return Answer(rows, ways * torque + bound, ways * away, free[held])
 
     # --- impacts ------------------------------------------------------------------------------
 

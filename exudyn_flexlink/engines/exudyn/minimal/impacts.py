@@ -466,13 +466,21 @@ class Impacts:
         now = at.accelerations
         free = gaps.free @ now + gaps.bend
         pushed = self.model.rigid.pushing(resting, gaps, at.kept.state)[1]
+        smooth = pushed is gaps.free
         moved = self.model.rigid.opened(resting, gaps, mobility(gaps, at.mass)[0], pushed)
-        press = complementary(moved, free, even=pushed is gaps.free)
+        count, known = len(resting), np.zeros(0)
+        if self.model.frictions.all:
+            answer = self.model.frictions.answer(at)
+            moved, known = answer.moved(gaps.free, pushed, at.mass), answer.lock
+            free = np.append(free, answer.away)
+        acting = complementary(moved, free - moved[:, count:] @ known, even=smooth)
+        press = acting[:count]
         # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
         # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
-        soonest = free if soon is None else np.minimum(free, soon)
-        still = soonest + moved @ press <= NO_ACCELERATION * parts
+        soonest = free[:count] if soon is None else np.minimum(free[:count], soon)
+        answered = moved[:count] @ (acting - np.append(np.zeros(count), known))
+        still = soonest + answered <= NO_ACCELERATION * parts
         pressed = (press > 0) | (still & (np.array(resting) == struck))
         for k, pressing in zip(resting, pressed.tolist(), strict=True):
             if pressing and not self.finder.presses(k):
