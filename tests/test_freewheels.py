@@ -138,6 +138,58 @@ def test_an_impact_is_passed_on_one_way_alone(way, inertia):
     assert result.checks.energy_residual < 1e-12
 
 
+def test_a_light_arm_passes_an_impact_on_to_a_heavy_wheel_where_it_rubs_too():
+    """The arm has a fifteenth of the wheel's inertia, the ball much more than both there."""
+    result = alone(
+        STRUCK.replace("WAY", "backward"),
+        "bodies.arm.inertia=0.02",
+        "bodies.ball.mass=4",
+        "contacts.hit.law={type: impulse, restitution: 0.5, friction: 0.1}",
+        "initial.velocities.ball=[1, -2]",
+        "initial.positions.ball=[0.35, 0.1]",
+    )
+    (hit,) = result.intervals["hit"]
+    mass = 1 / (1 / 4 + 0.4**2 / 0.32)
+    assert hit.impulse == pytest.approx(1.5 * 2 * mass)
+    assert result.rates[-1, :2, 2] == pytest.approx([-0.4 * hit.impulse / 0.32] * 2, abs=1e-10)
+    assert result.rates[-1, 2, 0] == pytest.approx(1 - 0.1 * hit.impulse / 4)
+    assert result.checks.energy_residual < 1e-12
+
+
+LIGHT = (
+    MOTOR,
+    "bodies.motor.inertia=0.001",
+    "joints.axle.limits={from: -10 deg, to: 1 rad, law: {type: impulse, restitution: 0.5}}",
+    "run.duration=0.2",
+)
+
+
+def test_a_stop_turns_back_all_that_hangs_on_a_locked_freewheel():
+    """The wheel, with 300 times the inertia of what is stopped, comes back with it."""
+    result = alone(*LIGHT, "initial.speeds={motor: -2, load: -2}")
+    (hit,) = result.intervals["axle.from"]
+    assert hit.impulse == pytest.approx(0.301 * 3)
+    assert result.rates[-1, :, 2] == pytest.approx([1, 1], abs=1e-10)
+
+
+def test_what_is_caught_up_with_in_an_impact_costs_the_contact_energy():
+    """The stop throws what is light after the wheel, which locks; friction would lose nothing."""
+    result = alone(*LIGHT, "bodies.motor.inertia=0.1", "initial.speeds={motor: -2, load: 0.5}")
+    (hit,) = result.intervals["axle.from"]
+    assert result.rates[-1, :, 2] == pytest.approx([1, 1], abs=1e-10)
+    energy = [0.1 * 4 + 0.3 * 0.25, 0.4]
+    assert hit.energy_lost == pytest.approx((energy[0] - energy[1]) / 2)
+    assert np.abs(result.frictions["clutch"].lost).max() < 1e-12
+
+
+def test_an_impact_that_would_gain_energy_ends_the_run():
+    """The stop, which loses nothing, throws what is light after the wheel that is just faster."""
+    law = "joints.axle.limits.law.restitution=1"
+    outcome = simulate(scene(*LIGHT, law, "initial.speeds={motor: -2, load: 0.5}"), measure=False)
+    assert outcome.outcome.time == pytest.approx(np.radians(10) / 2, abs=1e-9)
+    assert "restitution of 'axle.from' with a freewheel would gain energy" in outcome.outcome.reason
+
+
 BACKWARD = "'clutch' is turned the way in which it locks"
 
 

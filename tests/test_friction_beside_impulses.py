@@ -150,3 +150,37 @@ def lost_later(turned):
     """By how much friction slows the arm within 0.01 s: by its own centrifugal force."""
     rate = 0.3 * 0.05 * 0.5 * 3  # share m l / J
     return turned - turned / (1 + rate * turned * 0.01)
+
+
+TIPPING = """
+bodies:
+  floor: {type: rigid, mass: 1, inertia: 1, points: {a: [-2, 0], b: [2, 0]}}
+  bar: {type: rigid, mass: 1, inertia: 0.01, points: {o: [0, 0.1], l: [-0.1, 0], r: [0.1, 0]}}
+  wheel: {type: rigid, mass: 1, inertia: 1, points: {o: [0, 0], side: [0.5, 0]}}
+joints:
+  base: {type: weld, points: [ground, floor.a], at: [-2, 0]}
+  hub: {type: revolute, points: [bar.o, wheel.o]}
+contacts:
+  l: {type: point_on_line, point: bar.l, line: [floor.a, floor.b],
+      law: {type: impulse, restitution: 0}}
+  r: {type: point_on_line, point: bar.r, line: [floor.a, floor.b],
+      law: {type: impulse, restitution: 0}}
+drives: {load: {type: force, point: wheel.side, value: [0, -8]}}
+gravity: [0, -9.81]
+initial: {positions: {bar: [0, 0]}}
+run: {duration: 0.05}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+@pytest.mark.parametrize("holds", ["friction: {torque: 100}", "freewheel: forward"])
+def test_a_light_bar_tips_at_once_with_the_heavy_wheel_that_it_holds(holds):
+    """As one body: about the right foot 3.2 N m of the load are more than 1.962 of the weight."""
+    result = alone(TIPPING.replace("bar.o, wheel.o]", f"bar.o, wheel.o], {holds}"))
+    assert len(result.intervals["l"].begin) == 0
+    (right,) = result.intervals["r"]
+    assert right.lasts
+    # The floor is smooth: the foot slides, and the centre of both, 0.1 m beside it, falls upright.
+    inertia = 0.01 + 1 + 2 * 0.05**2 + 2 * 0.1**2
+    rate = -(3.2 - 1.962) / inertia * 0.05
+    assert result.rates[-1, 1:, 2] == pytest.approx([rate, rate], rel=1e-3)

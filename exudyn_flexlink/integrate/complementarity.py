@@ -142,11 +142,15 @@ def rubbing_impact(
     best = np.abs(answers).max(axis=1, initial=0.0).argmin()
     impulse = answers[best] / scale
     end = ends[best] * scale
-    gained = impulse @ (begin + end) / 2
-    size = np.abs(impulse) @ (np.abs(begin) + np.abs(end)) / 2
-    if gained > SAME_ANSWER * size:
+    if gains_energy(impulse, begin, end):
         raise ArithmeticError("restitution with friction would gain energy there")
     return RubbingImpact(impulse[:count], impulse[count:], end[:count], end[count:])
+
+
+def gains_energy(impulse: FloatArray, begin: FloatArray, end: FloatArray) -> bool:
+    """Tell whether impulses (k,) supply energy, by speeds of their places before and after."""
+    size = np.abs(impulse) @ (np.abs(begin) + np.abs(end))
+    return bool(impulse @ (begin + end) > SAME_ANSWER * size)
 
 
 def _equations(

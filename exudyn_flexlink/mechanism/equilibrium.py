@@ -181,7 +181,13 @@ class Rest:
                 f"an unstable rest was found first (it grows by exp({self.left[0]:.4g} t/s)), and "
                 "left: guess other angles to take the other side"
             )
-        if rubbing := [friction.name for friction in self.assembly.mechanism.frictions]:
+        frictions = self.assembly.mechanism.frictions
+        if wheels := [friction.name for friction in frictions if friction.one_way]:
+            texts.append(
+                f"what {', '.join(wheels)} would hold as a freewheel is left out: this is where it "
+                "has nothing to hold"
+            )
+        if rubbing := [friction.name for friction in frictions if not friction.one_way]:
             texts.append(
                 f"dry friction of {', '.join(rubbing)} would hold anywhere near, within its bound: "
                 "this is where nothing has to"
@@ -210,8 +216,8 @@ OF_ENERGY = 1e-5  # of the largest stiffness: K is symmetric, as forces with an 
 def rest_of(assembly: Assembly) -> Rest:
     """Find the rest that lies downhill from an assembled mechanism, drives held at time 0.
 
-    Dry friction and dampers do nothing; springs at rest as assembled stay as they are. Contacts
-    whose law has a stiffness press by their depth.
+    Dry friction, freewheels and dampers do nothing; springs at rest as assembled stay as they are.
+    Contacts whose law has a stiffness press by their depth.
 
     Raises:
         ArithmeticError: a drive or a spring has no value where the search begins.

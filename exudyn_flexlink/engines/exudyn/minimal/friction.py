@@ -442,7 +442,10 @@ class LockedError(Sendable, ArithmeticError):
 class BackwardError(LockedError):
     """A freewheel turns the way in which it locks."""
 
-    advice = "turn it the other way, or the freewheel around"
+    advice = (
+        "turn it the other way, or the freewheel around; where a drive moves one of both bodies as "
+        "the run starts, a 'ramp', or 'speeds' in 'initial', let them turn alike"
+    )
     key = "freewheel"
 
     def __init__(self, joint: str) -> None:
@@ -469,6 +472,35 @@ class _Known(NamedTuple):
     by: FloatArray
 
 
+class Answer(NamedTuple):
+    """How joints answer what begins to press, at one state.
+
+    Freewheels (w,) that may lock: `rows` (w, independent) of the speeds that they bar from falling
+    below zero, with which they already `lock`, and how these accelerate, `away`. `held` (h,
+    independent) are rows of the other joints that rest.
+    """
+
+    rows: FloatArray
+    lock: FloatArray
+    away: FloatArray
+    held: FloatArray
+
+    def moved(self, rows: FloatArray, pushed: FloatArray, mass: FloatArray) -> FloatArray:
+        """Accelerations (c + w, c + w) of gaps and freewheels by units of what acts in each.
+
+        Gaps have `rows` (c, independent), their contacts push by `pushed`. Joints that rest are
+        carried along, but where contacts hold all that these do.
+        """
+        rows, pushed = np.vstack([rows, self.rows]), np.vstack([pushed, self.rows])
+        freely = rows @ np.linalg.solve(mass, pushed.T)
+        if not len(self.held):
+            return np.asarray(freely)
+        back = np.linalg.solve(mass, self.held.T)
+        carried = freely - rows @ back @ scaled_inverse(self.held @ back) @ (pushed @ back).T
+        moves = np.diag(carried) > COUPLED * np.diag(freely)
+        return np.asarray(carried if moves.all() else freely)
+
+
 class JointFrictions:
     """Friction in a layout's joints: `way` (joints,) is 0 of a joint at rest, else 1 or -1."""
 
@@ -486,7 +518,7 @@ class JointFrictions:
         )
         self._constant = np.array([friction.constant for friction in frictions])
         self.shares = np.array([friction.share for friction in frictions])
-        self._one_way = np.array([friction.one_way for friction in frictions], dtype=float)
+        self.one_way = np.array([friction.one_way for friction in frictions], dtype=float)
         self._slides = np.array(
             [not isinstance(friction.joint, Pin) for friction in frictions], dtype=bool
         )
@@ -596,7 +628,7 @@ class JointFrictions:
         torque[:, held] = alone + (by_moving @ torque[:, moving, None])[..., 0]
         bound = self._bound(known, torque)
         for block in dependent(known.mobility[0], held):
-            if self._one_way[block].any():
+            if self.one_way[block].any():
                 continue  # what holds without bound has no part of one
             for _ in range(FEW_ROUNDS if self.shares.any() else 1):
                 columns = torque[:, block], bound[:, block], known.free[:, block]
@@ -615,7 +647,7 @@ class JointFrictions:
 
     def bounds(self, bound: FloatArray, which: IndexArray) -> tuple[FloatArray, FloatArray]:
         """Least and greatest T (k,) of some joints whose friction has this bound (k,)."""
-        one_way = self._one_way[which]
+        one_way = self.one_way[which]
         return np.where(one_way < 0, -inf, -bound), np.where(one_way > 0, inf, bound)
 
     def left_of_bound(self, k: int, friction: FloatArray) -> FloatArray:
@@ -624,8 +656,8 @@ class JointFrictions:
         A part of the bound; of a freewheel all, N m.
         """
         torque, bound = friction[:, 0], friction[:, 1]
-        if self._one_way[k]:
-            return np.asarray(self._one_way[k] * torque + bound)
+        if self.one_way[k]:
+            return np.asarray(self.one_way[k] * torque + bound)
         return np.asarray(1.0 - np.abs(torque) / np.maximum(bound, LEAST_BOUND))
 
     def _braking(self, known: FloatArray, by: FloatArray, which: IndexArray) -> FloatArray:
@@ -661,6 +693,18 @@ class JointFrictions:
         """Return g (k, independent) of the joints that rest, at one state."""
         return self._free(at.kept.state)[self.held] if self.all else np.zeros((0, len(at.mass)))
 
+    def answer(self, at: Evaluation) -> Answer:
+        """Return how joints answer what begins to press, at one state with their friction."""
+        state: TreeState = at.kept.state
+        free, rate = self._free(state), self.rows @ state.v
+        still = np.abs(rate) <= np.where(self.way == 0, HELD_STILL, STILL)
+        rests = still & free.any(axis=1)
+        wheels, held = rests & (self.one_way != 0), rests & (self.one_way == 0) & (self.way == 0)
+        ways, (torque, bound) = self.one_way[wheels], at.kept.friction[wheels, :2].T
+        away = free[wheels] @ at.accelerations + self.rows[wheels] @ state.b
+        rows = ways[:, None] * free[wheels]
+        return Answer(rows, ways * torque + bound, ways * away, free[held])
+
     # --- impacts ------------------------------------------------------------------------------
 
     def struck(self, at: Evaluation) -> IndexArray:
@@ -669,7 +713,7 @@ class JointFrictions:
         That of friction is in proportion to the joint's; a freewheel locks.
         """
         driven = self.driven(at.kept.state) if self.all else np.zeros(0, dtype=bool)
-        return np.flatnonzero(((self.shares > 0) | (self._one_way != 0)) & ~driven)
+        return np.flatnonzero(((self.shares > 0) | (self.one_way != 0)) & ~driven)
 
     def impulses_by(self, at: Evaluation, free: FloatArray, rows: FloatArray) -> FloatArray:
         """Impulses (k, joints, 2), N s, in joints by units of some impulses, at one state.
@@ -702,7 +746,7 @@ class JointFrictions:
         given = self.rows @ by_drives
         pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
-        backward = way * self._one_way < 0
+        backward = way * self.one_way < 0
         if backward.any():
             raise BackwardError(self.all[int(backward.argmax())].name)
         free = known.free[0].any(axis=-1)  # neither driven nor held by contacts
@@ -736,9 +780,9 @@ class JointFrictions:
         """
         torque, bound = friction[:, 0], friction[:, 1]
         starts = (self.way == 0) & (np.abs(torque) >= (1 - AT_BOUND) * bound) & (bound > 0)
-        starts &= self._one_way * torque <= 0
+        starts &= self.one_way * torque <= 0
         starts[k] = True
-        way = np.where(self._one_way == 0, -np.sign(torque), self._one_way)
+        way = np.where(self.one_way == 0, -np.sign(torque), self.one_way)
         self.way = np.where(starts, way, self.way)
         self.since = np.where(starts, self.rows @ v, self.since)
 

@@ -43,7 +43,12 @@ from exudyn_flexlink.engines.exudyn.minimal.friction import (
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.touching import Change, Moment
-from exudyn_flexlink.integrate.complementarity import complementary, rubbing_impact
+from exudyn_flexlink.integrate.complementarity import (
+    RubbingImpact,
+    complementary,
+    gains_energy,
+    rubbing_impact,
+)
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
@@ -57,6 +62,7 @@ INVISIBLE_SPEED = 1e-4
 NO_ACCELERATION = 1e-9
 # Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
 NOTHING_PASSED_ON = 1e-6
+TINY = float(np.finfo(float).tiny)
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 
@@ -87,11 +93,15 @@ class Jump(NamedTuple):
 
 
 class Blow(NamedTuple):
-    """Impulses of contacts (c,) across and along them, and of joints' friction; rates after."""
+    """Impulses of contacts (c,) across and along them, and in joints (j,); rates after.
+
+    Of those in joints, `lock` is what freewheels hold; the rest is friction.
+    """
 
     push: FloatArray
     rub: FloatArray
     joints: FloatArray
+    lock: FloatArray
     after: FloatArray
     slip: FloatArray
 
@@ -122,7 +132,8 @@ def jump_of(
     if len(struck):
         felt = joints.impulses_by(at, free, rows)[:, struck]
         speeds = joints.rows[struck] @ state.v
-        bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck)
+        none = np.zeros(len(struck))
+        bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck, none)
         blow = _with_joints(mobility, gaps, restitution, laws, bounds)
     else:
         blow = _blow(mobility, gaps, restitution, laws)
@@ -136,8 +147,14 @@ def jump_of(
     of_each, of_joints = work[:count] + work[count : 2 * count], work[2 * count :].sum()
     turned = speeds + speeds + mobility[2 * count :] @ impulses
     joints_lost = np.zeros(len(joints.all))
-    joints_lost[struck] = -0.5 * blow.joints * turned
-    closed = blow.push * (before + blow.after)
+    joints_lost[struck] = -0.5 * (blow.joints - blow.lock) * turned
+    # A freewheel locks once its speed has come to zero, and does no work by itself: what these
+    # formulas say it does, contacts do that turn it.
+    turns = np.abs(mobility[2 * count :, : 2 * count] * impulses[: 2 * count])
+    turns = turns[:, :count] + turns[:, count:]
+    whole = np.maximum(turns.sum(axis=1), TINY)  # 0 of a freewheel that none turns
+    locked = (blow.lock * turned / whole) @ turns
+    closed = blow.push * (before + blow.after) + locked
     slid = blow.rub * (gaps.slip + blow.slip)
     return Jump(
         jumps.sum(axis=1),
@@ -162,33 +179,16 @@ def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArra
 
 
 def _blow(
-    mobility: FloatArray,
-    gaps: Gaps,
-    restitution: FloatArray,
-    laws: Sequence[RigidContact],
-    moved: FloatArray | None = None,
+    mobility: FloatArray, gaps: Gaps, restitution: FloatArray, laws: Sequence[RigidContact]
 ) -> Blow:
-    """Impulses by speeds (2c, 2c) that units of them make, across and along all contacts.
-
-    `moved` (2c,) are speeds that friction of joints adds at the same instant.
-    """
+    """Impulses by speeds (2c, 2c) that units of them make, across and along all contacts."""
     before, count = gaps.touching[:, 1], len(laws)
     none = np.zeros(0)
-    masses = mobility.reshape(2, count, 2, count) if moved is None else None
-    if masses is None or coupled(masses, laws):
-        turned = [law.name for law in laws if law.tangential != 0]
-        if turned:
-            raise ArithmeticError(f"contact '{turned[0]}' {AMONG_OTHERS}")
-        rough = np.array(
-            [0.0 if law.friction is None else law.friction.coefficient for law in laws]
-        )
-        try:
-            hit = rubbing_impact(mobility, gaps.speeds, restitution, rough, moved)
-        except ArithmeticError as error:
-            names = ", ".join(f"'{law.name}'" for law in laws)
-            raise ArithmeticError(f"contacts {names} are closed at once: {error}") from None
+    masses = mobility.reshape(2, count, 2, count)
+    if coupled(masses, laws):
+        hit = _all_at_once(mobility, gaps.speeds, restitution, laws)
         after = np.where(hit.across > 0, -restitution * before, hit.gap_rate)
-        return Blow(hit.across, hit.along, none, after, hit.slip)
+        return Blow(hit.across, hit.along, none, none, after, hit.slip)
     across = mobility[:count, :count]
     push = complementary(across, (1 + restitution) * before)
     after = before + across @ push
@@ -203,14 +203,38 @@ def _blow(
         if not meeting.is_round:
             after[c] = before[c] + across[c, c] * push[c] + meeting.both * rub[c]
         slip[c] = meeting.slip + meeting.along * rub[c] + meeting.both * push[c]
-    return Blow(push, rub, none, after, slip)
+    return Blow(push, rub, none, none, after, slip)
+
+
+def _all_at_once(
+    mobility: FloatArray,
+    speeds: FloatArray,
+    restitution: FloatArray,
+    laws: Sequence[RigidContact],
+    moved: FloatArray | None = None,
+) -> RubbingImpact:
+    """What contacts do, one or more of which rub; those without a law are smooth.
+
+    Arguments are those of `rubbing_impact`, with the laws of the first contacts.
+    """
+    turned = [law.name for law in laws if law.tangential != 0]
+    if turned:
+        raise ArithmeticError(f"contact '{turned[0]}' {AMONG_OTHERS}")
+    rough = np.zeros(len(restitution))
+    rough[: len(laws)] = [0.0 if law.friction is None else law.friction.coefficient for law in laws]
+    try:
+        return rubbing_impact(mobility, speeds, restitution, rough, moved)
+    except ArithmeticError as error:
+        names = ", ".join(f"'{law.name}'" for law in laws)
+        raise ArithmeticError(f"contacts {names} are closed at once: {error}") from None
 
 
 class JointBounds(NamedTuple):
     """Joints (j,) that take an impulse: shares of the impulse in the joint, speeds before.
 
     `felt` (2c + j, j, 2) are impulses in them by units of those of contacts, across and along, and
-    of their own friction; `which` are their numbers among all `joints`.
+    of their own friction; `which` are their numbers among all `joints`. `rub` (j,) are impulses of
+    that friction as far as they are known.
     """
 
     shares: FloatArray
@@ -218,6 +242,7 @@ class JointBounds(NamedTuple):
     speeds: FloatArray
     joints: JointFrictions
     which: IndexArray
+    rub: FloatArray
 
 
 def _with_joints(
@@ -236,20 +261,67 @@ def _with_joints(
 
     """
     contacts = 2 * len(laws)
-    rub = np.zeros(len(joints.shares))
     for _ in range(MOST_ROUNDS):
-        of_contacts = mobility[:contacts, :contacts]
-        by_joints = mobility[:contacts, contacts:] @ rub
-        blow = _blow(of_contacts, gaps, restitution, laws, by_joints)
-        impulses = np.concatenate([blow.push, blow.rub])
-        felt = np.einsum("kji,k->ji", joints.felt, np.append(impulses, rub))
-        bound = joints.shares * np.linalg.norm(felt, axis=1)
-        free = joints.speeds + mobility[contacts:, :contacts] @ impulses
-        limits = joints.joints.bounds(bound, joints.which)
-        before, rub = rub, within_bounds(mobility[contacts:, contacts:], free, limits)
-        if np.abs(rub - before).max() <= SEARCH_ROUNDING * np.abs(rub).max():
-            return blow._replace(joints=rub)
+        blow = _beside_joints(mobility, gaps, restitution, laws, joints)
+        impulses = np.concatenate([blow.push, blow.rub, blow.lock])
+        free = joints.speeds + mobility[contacts:] @ impulses
+        whole = np.append(impulses[:contacts], blow.lock + joints.rub)
+        bound = joints.shares * np.linalg.norm(np.einsum("kji,k->ji", joints.felt, whole), axis=1)
+        rub = within_bounds(mobility[contacts:, contacts:], free, (-bound, bound))
+        change, joints = np.abs(rub - joints.rub), joints._replace(rub=rub)
+        # Beside what would stop each joint: what is zero but for rounding never settles.
+        moved = np.abs(joints.speeds) + np.abs(mobility[contacts:]) @ np.abs(impulses)
+        if (change <= SEARCH_ROUNDING * moved / np.diag(mobility)[contacts:]).all():
+            return blow._replace(joints=blow.lock + rub)
     raise LockedError(joints.joints.all[joints.which[0]].name)
+
+
+def _beside_joints(
+    mobility: FloatArray,
+    gaps: Gaps,
+    restitution: FloatArray,
+    laws: Sequence[RigidContact],
+    joints: JointBounds,
+) -> Blow:
+    """Impulses of contacts, and those (j,) with which freewheels lock, beside friction of joints.
+
+    A freewheel is as one more contact, smooth and without a bounce; only its drag is friction.
+
+    Raises:
+        ArithmeticError: no impulses are known, or energy would be gained.
+
+    """
+    count, contacts = len(laws), 2 * len(laws)
+    one_way = joints.joints.one_way[joints.which]
+    wheels = np.flatnonzero(one_way)
+    closing = count + len(wheels)
+    numbers = np.r_[:count, contacts + wheels, count:contacts]
+    signs = np.ones(len(numbers))
+    signs[count:closing] = one_way[wheels]
+    # Freewheels have no speed along themselves.
+    system, speeds, moved = np.zeros((2 * closing,) * 2), *np.zeros((2, 2 * closing))
+    used = slice(len(numbers))
+    system[used, used] = mobility[np.ix_(numbers, numbers)] * signs[:, None] * signs
+    speeds[used] = signs * np.append(gaps.speeds, joints.speeds)[numbers]
+    moved[used] = signs * (mobility[numbers, contacts:] @ joints.rub)
+    bounces = np.append(restitution, np.zeros(len(wheels)))
+    if all(law.friction is None for law in laws):
+        begin = speeds + moved
+        across = complementary(
+            system[:closing, :closing], begin[:closing] + bounces * speeds[:closing]
+        )
+        end = begin + system[:, :closing] @ across
+        if gains_energy(across, begin[:closing], end[:closing]):
+            names = ", ".join(f"'{law.name}'" for law in laws)
+            raise ArithmeticError(f"restitution of {names} with a freewheel would gain energy")
+        hit = RubbingImpact(across, np.zeros(closing), end[:closing], end[closing:])
+    else:
+        hit = _all_at_once(system, speeds, bounces, laws, moved)
+    lock = np.zeros(len(joints.rub))
+    lock[wheels] = one_way[wheels] * hit.across[count:]
+    push = hit.across[:count]
+    after = np.where(push > 0, -restitution * gaps.touching[:, 1], hit.gap_rate[:count])
+    return Blow(push, hit.along[:count], lock, lock, after, hit.slip[:count])
 
 
 def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
@@ -394,13 +466,21 @@ class Impacts:
         now = at.accelerations
         free = gaps.free @ now + gaps.bend
         pushed = self.model.rigid.pushing(resting, gaps, at.kept.state)[1]
+        smooth = pushed is gaps.free
         moved = self.model.rigid.opened(resting, gaps, mobility(gaps, at.mass)[0], pushed)
-        press = complementary(moved, free, even=pushed is gaps.free)
+        count, known = len(resting), np.zeros(0)
+        if self.model.frictions.all:
+            answer = self.model.frictions.answer(at)
+            moved, known = answer.moved(gaps.free, pushed, at.mass), answer.lock
+            free = np.append(free, answer.away)
+        acting = complementary(moved, free - moved[:, count:] @ known, even=smooth)
+        press = acting[:count]
         # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
         # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
-        soonest = free if soon is None else np.minimum(free, soon)
-        still = soonest + moved @ press <= NO_ACCELERATION * parts
+        soonest = free[:count] if soon is None else np.minimum(free[:count], soon)
+        answered = moved[:count] @ (acting - np.append(np.zeros(count), known))
+        still = soonest + answered <= NO_ACCELERATION * parts
         pressed = (press > 0) | (still & (np.array(resting) == struck))
         for k, pressing in zip(resting, pressed.tolist(), strict=True):
             if pressing and not self.finder.presses(k):

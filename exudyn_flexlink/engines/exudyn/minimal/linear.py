@@ -113,15 +113,19 @@ def _depths(model: MinimalModel, at: ContactPush) -> FloatArray:
 
 
 def _refuse(model: MinimalModel, at: TreeForces) -> None:
-    """Refuse what has no linear equations: friction that holds, contacts that do not give way."""
+    """Refuse what has no linear equations: what friction, freewheels or impulses hold."""
     contacts = model.contacts.all
     for k in model.rigid.closed():
         why = "presses by impulse, which has no stiffness: give it a law that has one"
         raise NotLinearError(f"'{contacts[k].name}' {why}")
     driven = model.frictions.driven(at.state)
     for k in model.frictions.held.tolist():
+        name = model.frictions.all[k].name
+        if model.frictions.one_way[k]:
+            why = "is locked, and holds one way alone: take an instant at which it overruns"
+            raise NotLinearError(f"freewheel '{name}' {why}")
         if not driven[k]:
-            raise NotLinearError(f"dry friction of joint '{model.frictions.all[k].name}' holds it")
+            raise NotLinearError(f"dry friction of joint '{name}' holds it")
     if at.push is None:
         return
     acting = [contacts[k] for k in model.touches.pressing]

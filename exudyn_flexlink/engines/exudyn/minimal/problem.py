@@ -25,7 +25,7 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     Goal,
     Overlooked,
 )
-from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError
+from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
@@ -332,7 +332,9 @@ class MinimalProblem:
             self.stop_reason = str(error)
             driven = self.model.assembly.mechanism.speed_motors
             advice = GIVE_WAY + NO_HELD_SPEED * bool(driven)
-            self.stop_advice = error.advice if isinstance(error, JammedError) else advice
+            self.stop_advice = advice
+            if isinstance(error, JammedError | LockedError):
+                self.stop_advice = error.advice
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
         for other in self.model.rigid.all:  # one impact may begin or end others
