@@ -8,7 +8,7 @@ continued only from instants at which nothing presses.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import is_dataclass, replace
 from math import inf, pi
 from typing import Any, NamedTuple
@@ -24,13 +24,33 @@ from exudyn_flexlink.mechanism import (
     Slot,
     build_mechanism,
     closest,
+    mass_blocks,
     motor_place,
     place_in,
     slot_point,
+    turning,
 )
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
-from exudyn_flexlink.result import Checks, FrictionHistory, Result, later
-from exudyn_flexlink.scene import FrozenMapping, Initial, Run, Scene, Spring
+from exudyn_flexlink.result import (
+    Checks,
+    Event,
+    FrictionHistory,
+    Intervals,
+    Outcome,
+    Result,
+    later,
+)
+from exudyn_flexlink.scene import (
+    FrozenMapping,
+    Initial,
+    Run,
+    Scene,
+    Spring,
+    after_stage,
+)
+from exudyn_flexlink.source import SceneError
+
+Progress = Callable[[float], None]
 
 BESIDE = 1e-6  # of a curve's size: nearer to its seam, rounding decides on the side
 DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
@@ -67,6 +87,15 @@ def _sample(result: Result, at: float | None) -> int:
 def _going_on(result: Result, k: int) -> Scene:
     """Return the scene that begins with the state of a run at its sample k."""
     time = float(result.time[k])
+    for event in result.laps:
+        if event.kind == STAGE and event.time <= time:
+            result = replace(result, scene=_staged(result, result.sample_at(event.time)))
+    return _going_on_in(result, k)
+
+
+def _going_on_in(result: Result, k: int) -> Scene:
+    """As `_going_on`, in the stage that the scene of the run is in then."""
+    time = float(result.time[k])
     assembly = assemble_scene(result.scene)
     state, bodies = state_at(result, time), assembly.mechanism.bodies
     laps = {on.slot.name: _PointOnLaps(result, on, k).lap() for on in _on_laps(assembly)}
@@ -91,18 +120,114 @@ def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, fl
     """
     k = _sample(result, at)
     time, assembly = float(result.time[k]), put_together(_going_on(result, k))
-    mechanism, touching = assembly.mechanism, dict[int, float]()
-    numbers = {contact.name: number for number, contact in enumerate(mechanism.touching)}
-    count = len(mechanism.touching)
-    for channel in mechanism.channels:
-        numbers[channel.name] = count
-        count += len(channel.contacts)
-    firsts = zip(mechanism.grooves, mechanism.first_walls, strict=True)
-    numbers |= {groove.name: first for groove, first in firsts}
-    for name, touches in result.intervals.items():
-        for touch in touches.where((touches.begin <= time) & (time < touches.end)):
-            touching[numbers[name] + touch.pair] = touch.approach_speed
+    numbers, pressing = assembly.mechanism.numbers, _pressing(result, time)
+    touching = {
+        numbers[name] + pair: speed for name, pairs in pressing.items() for pair, speed in pairs
+    }
     return assembly, touching, time
+
+
+def _pressing(result: Result, time: float) -> dict[str, tuple[tuple[int, float], ...]]:
+    """What presses at an instant (s): pairs of each contact, and the speeds at which they touched.
+
+    At the end of a run, what lasts.
+    """
+    pressing = {}
+    for name, touches in result.intervals.items():
+        lasting = touches.where((touches.begin <= time) & (time < touches.end))
+        if len(lasting):
+            pressing[name] = tuple((touch.pair, touch.approach_speed) for touch in lasting)
+    return pressing
+
+
+# --- stages ---------------------------------------------------------------------------------------
+
+STAGE = "stage"
+"""Kind of the event at which a stage begins."""
+STAGE_ADVICE = "another 'until' of the stage, or places that meet then"
+LEAST_JUMP = 1e-9  # of the largest speed: a smaller jump of speeds is rounding, and loses nothing
+CLOSES_WITHIN = 1e-6  # of a part's reach: what closes may be so far off, as places are typed
+
+
+def through_stages(
+    scene: Scene, run: Callable[[Scene, Progress | None], Result], progress: Progress | None
+) -> Result:
+    """Run a scene through its stages, each by `run`, and return the result of all."""
+    whole: Result | None = None
+    part, begin, lost, end = scene, 0.0, 0.0, scene.run.duration or inf
+
+    def further(done: float) -> None:
+        assert progress is not None
+        progress((begin + done * (end - begin)) / end if scene.stages else done)
+
+    while True:
+        result = run(part, progress and further)
+        if whole is None:
+            whole = result
+        else:
+            outcome = replace(result.outcome, time=result.outcome.time + begin)
+            whole = replace(_series_of_both(whole, later(result, begin), lost), outcome=outcome)
+        if not part.stages or not result.outcome.completed:
+            return replace(whole, scene=scene)
+        number = len(scene.stages) - len(part.stages) + 1
+        if not result.outcome.until:
+            never = f"stage {number} never came: its 'until' did not rise through 0"
+            return replace(whole, scene=scene, warnings=(*whole.warnings, never))
+        begin = float(whole.time[-1])
+        try:
+            part, lost = _next_stage(result)
+        except (CannotContinueError, SceneError) as error:
+            why = error.mistakes[0].message if isinstance(error, SceneError) else str(error)
+            reason, advice = f"stage {number} can't begin: {why}", STAGE_ADVICE
+            outcome = Outcome(False, begin, reason, advice)
+            return replace(whole, scene=scene, outcome=outcome)
+        details = {"energy_lost": lost}
+        whole = replace(whole, laps=(*whole.laps, Event(begin, STAGE, f"stage {number}", details)))
+
+
+def _next_stage(result: Result) -> tuple[Scene, float]:
+    """Return the scene that goes on with the next stage, and the energy (J) lost as it begins.
+
+    What presses goes on to press. Where what closes had speeds that differ, it acts by an impulse.
+
+    Raises:
+        CannotContinueError: what is to close is not where it can.
+        SceneError: the stage has no answer, or no time is left.
+
+    """
+    scene, time = _staged(result, len(result.time) - 1), float(result.time[-1])
+    names = {*scene.all_contacts, *scene.joints}
+    pressing = {name: of for name, of in _pressing(result, time).items() if name in names}
+    run = scene.run.model_copy(update={"duration": (scene.run.duration or inf) - time})
+    initial = scene.initial.model_copy(update={"pressing": FrozenMapping(pressing)})
+    scene = scene.changed(initial=initial, run=run)
+    assembly, mechanism = assemble_scene(scene), build_mechanism(scene)
+    rows = np.array([row for body in mechanism.bodies for row in scene.initial.states[body]])
+    before, after = rows[:, 3:], assembly.state.v
+    moves = np.hypot(*(assembly.state.q - rows[:, :3])[:, :2].T)
+    reaches = np.array([part.reach for part in mechanism.parts])
+    k = int(np.argmax(moves / reaches))
+    if moves[k] > CLOSES_WITHIN * reaches[k]:
+        body = mechanism.parts[k].body
+        message = f"what closes there is apart: '{body}' would have to move by {moves[k]:.3g} m"
+        raise CannotContinueError(message)
+    masses = mass_blocks(mechanism, assembly.state.q)
+    first, second = (0.5 * np.einsum("pi,pij,pj", v, masses, v) for v in (before, after))
+    jumps = float(np.abs(after - before).max()) > LEAST_JUMP * float(np.abs(before).max())
+    return scene, float(first - second) if jumps else 0.0
+
+
+def _staged(result: Result, k: int) -> Scene:
+    """Return the scene that goes on from sample k of a run with the first stage of its scene."""
+    scene = _going_on_in(result, k)
+    made, added = after_stage(scene), scene.stages[0].add.joints
+    mechanism = build_mechanism(made)
+    angles = {
+        joint.name: float(turning(joint.first.part, joint.second.part, result.poses[k]))
+        for joint in (*mechanism.welds, *mechanism.slides)
+        if getattr(added.get(joint.name), "angle", 0.0) is None
+    }
+    return after_stage(scene, angles) if angles else made
 
 
 def moved(scene: Scene, state: FloatArray) -> Scene:
@@ -309,34 +434,45 @@ def joined(first: Result, second: Result) -> Result:
     """
     _require_following(first, second)
     end = float(first.time[-1])
-    second = later(second, end)
+    unknown = first.error.missing or first.error.stopped is not None
+    whole = replace(
+        _series_of_both(first, later(second, end)),
+        outcome=replace(second.outcome, time=second.outcome.time + end),
+        # How the first run's error grows in the second was not measured.
+        error=first.error if unknown else replace(first.error, stopped=end),
+    )
+    return replace(whole, scene=first.scene.changed(run=_run(whole, second.scene.run)))
+
+
+def _series_of_both(first: Result, second: Result, lost: float = 0.0) -> Result:
+    """Join what is along time, of a run and of one that begins as it ends, by its clock.
+
+    There energy is `lost` (J); a gain was supplied.
+    """
+    seam = _Seam(float(first.time[-1]), (len(first.time), len(second.time)))
     fields = {
-        m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable)
+        m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable, seam)
         for m in members(Result)
         if m.name in SERIES
     }
     energy, tail = first.energy, second.energy
-    for name in ("stored", "dissipated", "supplied"):  # which each run may count from its start
+    steps = {"stored": 0.0, "dissipated": max(0.0, lost), "supplied": max(0.0, -lost)}
+    for name, step in steps.items():  # which each run may count from its start
         values, more = getattr(energy, name), getattr(tail, name)
-        both = np.concatenate([values, values[-1] + (more[1:] - more[0])])
+        both = np.concatenate([values, values[-1] + step + (more[1:] - more[0])])
         fields["energy"] = replace(fields["energy"], **{name: both})
     fields["frictions"] = {
-        name: _rubbed(friction, second.frictions[name], end)
-        for name, friction in first.frictions.items()
+        name: _rubbed(*_both(first.frictions, second.frictions, name, None, seam), seam.end)
+        for name in {**first.frictions, **second.frictions}
     }
-    unknown = first.error.missing or first.error.stopped is not None
-    whole = replace(
+    return replace(
         first,
         **fields,
         timings={key: x + second.timings.get(key, 0.0) for key, x in first.timings.items()},
         laps=(*first.laps, *second.laps),
         checks=_checks(first, second),
         warnings=tuple(dict.fromkeys([*first.warnings, *second.warnings])),
-        outcome=replace(second.outcome, time=second.outcome.time + end),
-        # How the first run's error grows in the second was not measured.
-        error=first.error if unknown else replace(first.error, stopped=end),
     )
-    return replace(whole, scene=first.scene.changed(run=_run(whole, second.scene.run)))
 
 
 def _require_following(first: Result, second: Result) -> None:
@@ -364,16 +500,28 @@ def _require_following(first: Result, second: Result) -> None:
         raise ValueError(f"the second run does not go on from the first: {reason}")
 
 
-def _joined(first: Any, second: Any, variable: Variable | None) -> Any:
+class _Seam(NamedTuple):
+    """Where two runs meet: the instant (s), and the samples of each."""
+
+    end: float
+    samples: tuple[int, int]
+
+
+def _joined(first: Any, second: Any, variable: Variable | None, seam: _Seam) -> Any:
     """Join arrays over time, and columns of touches and extremes, in mappings and dataclasses.
 
     The sample at which both runs meet is that of the first.
     """
+    if isinstance(first, Intervals):
+        return _touching(first, second, seam.end)
     if isinstance(first, Mapping):
-        return {key: _joined(value, second[key], variable) for key, value in first.items()}
+        return {
+            name: _joined(*_both(first, second, name, variable, seam), variable, seam)
+            for name in {**first, **second}
+        }
     if is_dataclass(first) and not isinstance(first, type):
         parts = {
-            m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable)
+            m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable, seam)
             for m in members(type(first))
         }
         return replace(first, **parts)
@@ -385,6 +533,57 @@ def _joined(first: Any, second: Any, variable: Variable | None) -> Any:
     return np.concatenate([first, second[1:] if variable.dimensions.startswith("time") else second])
 
 
+def _both(
+    first: Mapping[str, Any], second: Mapping[str, Any], name: str, variable: Any, seam: _Seam
+) -> tuple[Any, Any]:
+    """What two runs tell of this name; nothing of a part that one of them does not have."""
+    one, other = first.get(name), second.get(name)
+    if one is None:
+        one = _absent(other, variable, seam.samples[0])
+    return one, _absent(one, variable, seam.samples[1]) if other is None else other
+
+
+def _absent(value: Any, variable: Variable | None, samples: int) -> Any:
+    """Return what is told of a part that is not there, in the form of a `value` that is told."""
+    if isinstance(value, Intervals):
+        return Intervals.of()
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = {
+            m.name: _absent(getattr(value, m.name), m.variable, samples)
+            for m in members(type(value))
+        }
+        return replace(value, **parts)
+    assert variable is not None
+    if not variable.dimensions:
+        return 0.0
+    if not isinstance(value, np.ndarray):
+        return value  # names
+    if variable.dimensions.startswith("time"):
+        return np.full((samples, *value.shape[1:]), np.nan)
+    return value[:0]
+
+
+def _touching(first: Intervals, second: Intervals, end: float) -> Intervals:
+    """Touches of both runs; what lasts as they meet, at an instant (s), is one of both, or over."""
+    before, after = list(first), list(second)
+    for k, touch in enumerate(before):
+        if not touch.lasts:
+            continue
+        goes_on = (x for x in after if x.begin == end and x.pair == touch.pair and not x.impact)
+        last = next(goes_on, None)
+        if last is None:
+            before[k] = replace(touch, end=end)
+            continue
+        after.remove(last)
+        kept = {key: getattr(touch, key) for key in ("begin", "place", "approach_speed")}
+        sums = ("impulse", "energy_lost")
+        kept |= {key: getattr(touch, key) + getattr(last, key) for key in sums}
+        largest = ("peak_force", "penetration")
+        kept |= {key: max(getattr(touch, key), getattr(last, key)) for key in largest}
+        before[k] = replace(last, **kept)
+    return Intervals.of([*before, *after])
+
+
 def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> FrictionHistory:
     """Dry friction of both runs, which meet at an instant (s); a rest across it counts once."""
     begin = np.concatenate([first.begin, second.begin])
@@ -392,7 +591,7 @@ def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> Frict
     lasting = np.flatnonzero((end[:-1] == at) & (begin[1:] == at))
     return FrictionHistory(
         np.concatenate([first.torque, second.torque[1:]]),
-        np.concatenate([first.lost, first.lost[-1] + second.lost[1:]]),
+        np.concatenate([first.lost, np.nan_to_num(first.lost[-1]) + second.lost[1:]]),
         np.delete(begin, lasting + 1),
         np.delete(end, lasting),
     )

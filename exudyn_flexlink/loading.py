@@ -61,7 +61,14 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.scene import GROUND, LinearSpring, Scene, apply_settings, check_document
+from exudyn_flexlink.scene import (
+    GROUND,
+    LinearSpring,
+    Scene,
+    apply_settings,
+    check_document,
+    stage_scenes,
+)
 from exudyn_flexlink.source import (
     Document,
     Mistake,
@@ -106,9 +113,9 @@ def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
     ]
 
 
-def ended_badly(assembly: Assembly) -> list[Mistake]:
+def ended_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """An `until` by forces that the motion does not tell, or one that is not below 0 at time 0."""
-    mechanism, path = assembly.mechanism, ("run", "until")
+    mechanism, (path, _) = assembly.mechanism, scene.ending
     until = mechanism.until
     if until is None:
         return []
@@ -120,11 +127,11 @@ def ended_badly(assembly: Assembly) -> list[Mistake]:
         elif sense.joint in shared:
             message = f"the force in '{sense.joint}' is not known: other joints hold the same"
             return [Mistake(path, message, "take one of them away, or name another joint")]
-    if until.by_forces:
-        return []  # they are known as the run is prepared
+    if until.by_forces or scene.initial.states:
+        return []  # known as the run is prepared; or it counts once it has been below 0
     try:
         at = [np.array([sensed(sense, motion.q, motion.v)]) for sense in senses]
-        return until_mistakes(until, at)
+        return until_mistakes(until, at, path)
     except NoValueError as error:
         return [Mistake(path, str(error), error.advice)]
 
@@ -332,7 +339,7 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
     What starts `resting` may press; tables of forces still end.
     """
     notes = [] if resting else list(_beyond_stops(scene, assembly))
-    state = assembly.state
+    state, pressing = assembly.state, scene.initial.pressing
     for contact in assembly.mechanism.contacts:
         if contact.name not in scene.contacts:
             law, depth = contact.law, -float(approach(contact, state.q, state.v).gap)
@@ -344,20 +351,20 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
             continue
         at = approach(contact, state.q, state.v)
         # Farther behind than the face is long, it is beside it and may come round its end.
-        if pressed_at(contact, at) and not resting:
+        if pressed_at(contact, at) and not resting and contact.name not in pressing:
             depth = -float(at.gap)
             message = f"starts with a penetration of {depth:.3g} m"
             notes.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
-        if gap < -TOUCHING and not resting:
+        if gap < -TOUCHING and not resting and bearing.name not in pressing:
             message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", bearing.name), message, hint))
     for groove in assembly.mechanism.grooves:
         walls = [groove.contacts[k] for k in groove.walls(groove.lap)]
         depth = max(-float(approach(wall, state.q, state.v).gap) for wall in walls)
-        if depth > TOUCHING and not resting:
+        if depth > TOUCHING and not resting and groove.name not in pressing:
             message = f"the pin starts {depth:.3g} m inside a wall of its slot"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", groove.name), message, hint))
@@ -369,7 +376,8 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
     for contact in assembly.mechanism.contacts:
         stop = scene.stops.get(contact.name)
         gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
-        if stop is not None and gap < -TOUCHING:
+        pressing = contact.name in scene.initial.pressing
+        if stop is not None and gap < -TOUCHING and not pressing:
             place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
             way = "less" if stop.end == "from" else "more"
             message = f"'{stop.joint}' starts at {stop.text(place)}, {way} than its limit"
@@ -391,7 +399,7 @@ def _apart(contact: Contact, depth: float) -> str:
     return f"start {depth:.3g} m farther {away}, {rests}; or {other}"
 
 
-def pressed_walls(assembly: Assembly) -> list[Mistake]:
+def pressed_walls(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Links with clearance that start beyond a wall or a corner of their guide."""
     notes, state = [], assembly.state
     for channel in assembly.mechanism.channels:
@@ -401,7 +409,7 @@ def pressed_walls(assembly: Assembly) -> list[Mistake]:
             for at in [approach(contact, state.q, state.v)]
             if 0 <= at.place <= contact.length and at.gap < -TOUCHING
         }
-        if depths:
+        if depths and channel.name not in scene.initial.pressing:
             pair, depth = max(depths.items(), key=lambda item: item[1])
             message = f"the link starts {depth:.3g} m inside its guide's walls: {pair}"
             hint = "turn the link under 'initial: angles', or widen the clearance"
@@ -486,6 +494,7 @@ def scene_of(
     checked = check_document(apply_settings(document, settings), allow_outside)
     scene = checked.to_scene(others=build_curves(checked.curves)[1])
     assembly = assemble_scene(scene)
+    stage_scenes(scene)
     beyond = [*run_mistakes(scene), *_tolerance_mistakes(scene, assembly)]
     if beyond:
         raise SceneError(scene.document, beyond)
@@ -595,13 +604,13 @@ def _start_mistakes(scene: Scene, assembly: Assembly, resting: bool = False) -> 
     """What can't be at time 0; where it is `resting`, contacts may press."""
     return [
         *penetrations(scene, assembly, resting),
-        *(() if resting else pressed_walls(assembly)),
+        *(() if resting else pressed_walls(scene, assembly)),
         *outside_guides(scene, assembly),
         *redundancies(scene, assembly),
         *without_direction(scene, assembly),
         *rubbing_badly(assembly),
         *geared_badly(scene, assembly),
-        *ended_badly(assembly),
+        *ended_badly(scene, assembly),
     ]
 
 

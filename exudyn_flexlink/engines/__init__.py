@@ -12,7 +12,7 @@ from types import ModuleType
 
 from threadpoolctl import ThreadpoolController
 
-from exudyn_flexlink.continuing import instant_of
+from exudyn_flexlink.continuing import instant_of, through_stages
 from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.finer import given_up, measured_by, partner, retuned, unmeasured
 from exudyn_flexlink.engines.interrupts import (
@@ -180,10 +180,14 @@ def _run(
     """
     room, threads = _loaded(engine)
     limits = share ** (1 / room.order(scene)) if share != 1 else 1.0
+
+    def of_stage(part: Scene, told: Progress | None) -> Result:
+        made = room.run(retuned(part, share, limits), told, limits, seed=seed)
+        return diagnosed(replace(made, scene=part))
+
     # Matrices are small: numpy's threads would wait for one another most of the time.
     with deferrable_interrupts() as ctrl_c, threads.limit(limits=1, user_api="blas"):
-        result = room.run(retuned(scene, share, limits), progress, limits, seed=seed)
-    result = diagnosed(replace(result, scene=scene))
+        result = through_stages(scene, of_stage, progress)
     versions = {package: version_of(package) for package in (THIS, *room.PACKAGES)}
     versions["python"] = python_version()
     result = replace(result, versions=versions, error=unmeasured(result))

@@ -50,6 +50,7 @@ from exudyn_flexlink.mechanism.contacts import (
     in_guides,
     pressed_among,
     pressed_at,
+    pressing_at_start,
     swings,
 )
 from exudyn_flexlink.mechanism.dynamics import (

@@ -29,7 +29,14 @@ from exudyn_flexlink.mechanism.constraints import (
     constraint_rows,
     turning,
 )
-from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at, length_of, started
+from exudyn_flexlink.mechanism.dynamics import (
+    accelerations,
+    constraints_at,
+    length_of,
+    mass_blocks,
+    motions_by_mass,
+    started,
+)
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
 from exudyn_flexlink.mechanism.model import (
     LinearSpring,
@@ -282,14 +289,16 @@ def _follows(rows: Constraints, v: FloatArray, right: FloatArray) -> bool:
 def _closest_speeds(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, given: FloatArray
 ) -> FloatArray:
-    """Velocities (parts, 3) next to those given that joints and motors allow."""
-    joints = constraints_at(mechanism, q, places)
-    right, motors = np.zeros(len(joints)), mechanism.speed_motors
-    right[len(joints) - len(motors) :] = [motor.speed.at(0.0) for motor in motors]
-    roots = scale_roots(mechanism)
-    metric = roots @ roots.transpose(0, 2, 1)
-    motion = LeastMotion(mechanism, joints, roots, right)
-    return motion.nearest(np.einsum("pij,pj->pi", metric, given))
+    """Velocities (parts, 3) after those given that joints and motors allow.
+
+    Where they did not, as of a weld that closes, what closes acts by an impulse:
+    ``M (v - given) = J^T impulse``, so that the kinetic energy lost is that of ``v - given``
+    (Carnot), and momentum is kept where nothing holds.
+    """
+    right, motors = np.zeros(len(constraints_at(mechanism, q, places))), mechanism.speed_motors
+    right[len(right) - len(motors) :] = [motor.speed.at(0.0) for motor in motors]
+    momenta = np.einsum("pij,pj->pi", mass_blocks(mechanism, q), given)
+    return motions_by_mass(mechanism, q, places, right).nearest(momenta)
 
 
 # --- redundant constraints --------------------------------------------------------------------
@@ -373,8 +382,11 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     ]
     yield from ((("contacts", name), "no contacts on curves") for name in curved)
     yield from _joints_for_minimal(scene)
-    if scene.run.until is not None:
-        yield ("run", "until"), "no end at a formula"
+    path, until = scene.ending
+    if until is not None:
+        yield path, "no end at a formula"
+    if scene.initial.pressing:
+        yield ("initial", "pressing"), "no start that presses"
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"
         if name in scene.ropes:

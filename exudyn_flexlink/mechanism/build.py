@@ -433,7 +433,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
     sliding = {n for n, j in sleeves.items() if j.clearance == 0}
     sliding |= set(_of(joints, specs.PrismaticJoint))
     welds = tuple(
-        Weld(n, *bodies.ends(j), j.angle) for n, j in _of(joints, specs.WeldJoint).items()
+        Weld(n, *bodies.ends(j), j.angle or 0.0) for n, j in _of(joints, specs.WeldJoint).items()
     )
     torsional, linear = _of(springs, specs.TorsionalSpring), _of(springs, specs.LinearSpring)
     slotted = _of(joints, specs.SlotJoint)
@@ -662,7 +662,7 @@ def _size(bodies: Bodies, value: specs.Value, ramp: float = 0.0) -> Size:
 
 def _until(bodies: Bodies) -> Until | None:
     """What ends the run, if a formula does."""
-    formula = bodies.scene.run.until
+    _, formula = bodies.scene.ending
     if formula is None:
         return None
     drives = bodies.scene.drives.items()

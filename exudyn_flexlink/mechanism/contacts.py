@@ -147,6 +147,16 @@ def pressed_among(contacts: Sequence[Contact], q: FloatArray) -> list[int]:
     ]
 
 
+def pressing_at_start(scene: Scene, mechanism: Mechanism) -> dict[int, float]:
+    """Speeds (m/s) at which contacts touched that press as a run is gone on from, by numbers."""
+    numbers = mechanism.numbers
+    return {
+        numbers[name] + pair: speed
+        for name, pairs in scene.initial.pressing.items()
+        for pair, speed in pairs
+    }
+
+
 def idle_at_start(
     mechanism: Mechanism, q: FloatArray, v: FloatArray
 ) -> Iterator[tuple[Contact, str]]:

@@ -184,7 +184,7 @@ class Bodies:
             return Slide(joint, *ends)
         assert isinstance(sliding, PrismaticJoint)  # the scene's names are checked
         x, y = sliding.axis
-        return Slide(joint, *self.ends(sliding), atan2(y, x), sliding.angle)
+        return Slide(joint, *self.ends(sliding), atan2(y, x), sliding.angle or 0.0)
 
     def _add_body(self, name: str) -> dict[str, Anchor]:
         """Add the parts of a body; return its named points."""
@@ -359,7 +359,7 @@ def accelerations(
         mechanism, lambda at: constraints_at(mechanism, at, places).times(v), q, v, time
     )
     forces = applied_forces(mechanism, q, v, time)
-    return _moving(mechanism, q, places, right).nearest(forces)
+    return motions_by_mass(mechanism, q, places, right).nearest(forces)
 
 
 def started(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
@@ -367,10 +367,10 @@ def started(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArr
     right = demanded_accelerations(
         mechanism, lambda at: np.zeros(len(constraints_at(mechanism, at, places))), q, 0 * q, 0.0
     )
-    return _moving(mechanism, q, places, right).nearest()
+    return motions_by_mass(mechanism, q, places, right).nearest()
 
 
-def _moving(
+def motions_by_mass(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, right: FloatArray | None = None
 ) -> LeastMotion:
     """Motions that differ least by their mass; without `right` the joints hold what they hold."""
@@ -384,7 +384,7 @@ def pushed(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, forces: FloatArray
 ) -> FloatArray:
     """Accelerations (parts, 3) by generalised forces (3 parts,) alone, from rest."""
-    return _moving(mechanism, q, places).nearest(forces)
+    return motions_by_mass(mechanism, q, places).nearest(forces)
 
 
 def contact_mass(
@@ -399,11 +399,11 @@ def contact_mass(
     if isinstance(contact, TurnStop):
         row = np.zeros(q.shape)
         _add_torque(row, contact.first.part, contact.second.part, 1.0)
-        turns = _moving(mechanism, q, places).nearest(row.ravel())
+        turns = motions_by_mass(mechanism, q, places).nearest(row.ravel())
         return 1.0 / max(float((row * turns).sum()), 1e-300)
     first, second = contact.anchors
     rows = np.array([anchor_jacobian(anchor, q) for anchor in (*first, *second)])
-    moved = _moving(mechanism, q, places).nearest(rows.reshape(-1, q.size).T)
+    moved = motions_by_mass(mechanism, q, places).nearest(rows.reshape(-1, q.size).T)
     by_anchor = np.einsum("aik,kaj->aij", rows, moved.reshape(q.size, len(rows), 2))
     mobilities = np.linalg.eigvalsh(by_anchor).max(axis=1)  # m/s^2 per N
     largest = float(mobilities[: len(first)].max() + mobilities[len(first) :].max())

@@ -803,6 +803,17 @@ class Mechanism:
             idle.update(first + k for k in range(len(groove.contacts)) if k not in walls)
         return idle
 
+    @property
+    def numbers(self) -> dict[str, int]:
+        """Numbers of contacts, and of the first pairs of joints, among all, by their names."""
+        numbers = {contact.name: k for k, contact in enumerate(self.touching)}
+        count = len(self.touching)
+        for channel in self.channels:
+            numbers[channel.name] = count
+            count += len(channel.contacts)
+        firsts = zip(self.grooves, self.first_walls, strict=True)
+        return numbers | {groove.name: first for groove, first in firsts}
+
     @cached_property
     def contacts_and_pairs(self) -> tuple[Contact, ...]:
         """Those, then the pairs of links and guides: the order of all arrays of contacts."""

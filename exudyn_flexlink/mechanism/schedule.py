@@ -246,7 +246,7 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
 NOT_BEFORE = 1e-9  # of an `until`'s terms: nearer below zero it is zero, where another run ended
 
 
-def until_mistakes(until: Until, sensed: Sequence[FloatArray]) -> list[Mistake]:
+def until_mistakes(until: Until, sensed: Sequence[FloatArray], path: KeyPath) -> list[Mistake]:
     """Refuse a run that is over as it begins, by what its `until` senses (1,) at time 0.
 
     Raises:
@@ -258,8 +258,7 @@ def until_mistakes(until: Until, sensed: Sequence[FloatArray]) -> list[Mistake]:
     if value < -NOT_BEFORE * until.size(start, sensed):
         return []
     message = f"is {value:.4g} as the run begins: it must be below 0, and ends the run as it rises"
-    hint = "turn its sign, or begin elsewhere; a run that goes on from its end needs another one"
-    return [Mistake(("run", "until"), message, hint)]
+    return [Mistake(path, message, "turn its sign, or begin elsewhere")]
 
 
 def formulation(scene: Scene) -> str:
@@ -308,7 +307,7 @@ def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
 def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
     """Time between samples, s, that shows the motion, as far as one knows before a run."""
     turns = scene.run.turns is not None and steady_drive(scene, mechanism) is None
-    unknown = turns or scene.run.until is not None
+    unknown = turns or scene.ending[1] is not None
     needs = [end / (FEWEST * (UNKNOWN if unknown else 1)), *_needs(scene, mechanism, end)]
     return min(needs)
 

@@ -92,3 +92,5 @@ from exudyn_flexlink.scene.run import (
     Run,
     Solver,
 )
+from exudyn_flexlink.scene.stages import Stage
+from exudyn_flexlink.scene.staging import after_stage, stage_scenes

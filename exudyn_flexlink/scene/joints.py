@@ -332,7 +332,9 @@ class WeldJoint(PointsJoint):
     """Two points coincide and the angle between the bodies is fixed."""
 
     type: Literal["weld"] = "weld"
-    angle: si.Angle = Field(0.0, description="of the second body relative to the first")
+    angle: si.Angle | None = Field(
+        None, description="of the second body relative to the first; left out: 0"
+    )
 
 
 class PrismaticJoint(PointsJoint):
@@ -343,7 +345,9 @@ class PrismaticJoint(PointsJoint):
         description="direction [x, y] of the line, of any length, in the first body's axes; the "
         "ground's if that is 'ground'"
     )
-    angle: si.Angle = Field(0.0, description="of the second body relative to the first")
+    angle: si.Angle | None = Field(
+        None, description="of the second body relative to the first; left out: 0"
+    )
     limits: SlideLimits | None = Field(None, description="stops at a least and a greatest length")
     friction: SlideFriction | None = Field(None, description="dry friction")
 

@@ -35,6 +35,7 @@ from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, Spring
 from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
 from exudyn_flexlink.scene.names import Parts, find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, InitialOrRest, Outputs, Run, Solver
+from exudyn_flexlink.scene.stages import Stage
 from exudyn_flexlink.scene.wording import mistakes_of, part_classes, unknown_key
 from exudyn_flexlink.source import (
     Document,
@@ -69,6 +70,11 @@ class Scene(Part):
         default_factory=Initial, description="the state at time 0; at_rest: that key alone"
     )
     run: Run = Field(description="how long to simulate")
+    stages: tuple[Stage, ...] = Field(
+        (),
+        description="changes of the mechanism while it runs, one after the other; 'run: until' "
+        "counts in the last stage alone",
+    )
     accuracy: Accuracy = Field(description="the error allowed, or the time step")
     solver: Solver = Field(
         default_factory=Solver,
@@ -82,6 +88,13 @@ class Scene(Part):
     def document(self) -> Document:
         """The file this scene was read from; an empty one if it was built in Python."""
         return self._document
+
+    @property
+    def ending(self) -> tuple[KeyPath, Expression | None]:
+        """The formula at which the run, or its first stage, ends, if one does, and its path."""
+        if self.stages:
+            return ("stages", 0, "until"), self.stages[0].until
+        return ("run", "until"), self.run.until
 
     @property
     def stops(self) -> dict[str, Stop]:
@@ -185,7 +198,7 @@ def _plain(value: Any) -> Any:
         return {
             key: _plain(item)
             for key, item in (first | given).items()
-            if item is not None and not (isinstance(item, FrozenMapping) and not item)
+            if item is not None and not (isinstance(item, (FrozenMapping, tuple)) and not item)
         }
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}

@@ -80,8 +80,14 @@ class Parts:
 
     def lost_names(self) -> Iterator[Mistake]:
         """Refuse names of no part, or of the wrong kind of part."""
-        for section, section_parts in self.sections.items():
+        sections = dict(self.sections)
+        stages = sections.pop("stages", None) or ()
+        for section, section_parts in sections.items():
             for name in references(section_parts, (section,)):
+                yield from self._mistakes(name)
+        # What a later stage names may come with one before it: each is checked as it begins.
+        if stages:
+            for name in references(stages[0].until, ("stages", 0, "until")):
                 yield from self._mistakes(name)
 
     def missing(
@@ -619,8 +625,11 @@ def _initial(parts: Parts) -> Iterator[Mistake]:
 
 
 def _run(parts: Parts) -> Iterator[Mistake]:
-    """Refuse a joint whose turns can never end the run."""
+    """Refuse a joint whose turns can never end the run, and turns through stages."""
     run, drives = parts.sections.get("run"), parts.sections.get("drives")
+    if run is not None and run.turns is not None and parts.sections.get("stages"):
+        hint = "say 'duration', and 'until: angle(...) - ...', which counts whole turns"
+        yield Mistake(("run", "turns"), "a run of stages has no turns", hint)
     if run is None or run.of is None or run.at_most or drives is None or None in drives.values():
         return
     speeds = {
@@ -640,7 +649,9 @@ def _run(parts: Parts) -> Iterator[Mistake]:
 def _until(parts: Parts) -> Iterator[Mistake]:
     """Refuse torques in joints that nothing drives, where no friction acts either."""
     run, drives = parts.sections.get("run"), parts.sections.get("drives")
-    formula = getattr(run, "until", None)
+    formula, path = getattr(run, "until", None), ("run", "until")
+    for stage in (parts.sections.get("stages") or ())[:1]:
+        formula, path = stage.until, ("stages", 0, "until")
     if formula is None or drives is None or None in drives.values():
         return
     driven = {getattr(drive, "joint", None) for drive in drives.values()}
@@ -652,7 +663,7 @@ def _until(parts: Parts) -> Iterator[Mistake]:
         if sensed.of not in driven and not rubs:
             message = f"no torque acts in '{sensed.of}': it has no drive and no friction"
             hint = f"force({sensed.of}) is the force in it; torques of springs follow from angles"
-            yield Mistake(("run", "until"), message, hint)
+            yield Mistake(path, message, hint)
 
 
 def _outputs(parts: Parts) -> Iterator[Mistake]:

@@ -33,6 +33,7 @@ PartState = Annotated[
     tuple[si.Coordinate, si.Coordinate, si.Angle, si.Speed, si.Speed, si.AngularSpeed],
     listed("x", "y", "angle", "vx", "vy", "angular speed"),
 ]
+PressedPair = Annotated[tuple[Annotated[int, Strict()], si.Speed], listed("pair", "approach speed")]
 OfBodies = Annotated[Named[Value], Refers("bodies")]
 INITIAL_OF_JOINTS = ("along", "speeds_along", "laps")
 """Keys of `initial` that map names of joints; the others map names of bodies."""
@@ -76,6 +77,10 @@ class Initial(Part):
         "of slots on curves with laps: the lap in which the point is; left out: 1; "
         "laps backwards from the start of lap 1 are -1, -2, .."
     )
+    pressing: Named[tuple[PressedPair, ...]] = by_name(
+        "what presses as another run is gone on from: contacts, stops, joints with walls; of each "
+        "pair its number, and the speed at which it touched"
+    )
     clock: si.NonNegativeDuration = Field(
         0.0, description="what t is for drives as the run begins: a run that goes on has begun then"
     )
@@ -89,6 +94,8 @@ class Initial(Part):
                 refuse("follow from 'states', which give everything", at=key)
         if self.laps and not self.states:
             refuse("belong to 'states'", "without these slots start in lap 1", at="laps")
+        if self.pressing and not self.states:
+            refuse("belongs to 'states'", "only what goes on from a run presses", at="pressing")
         for key in (*speeds, "states"):
             if self.at_rest and getattr(self, key):
                 refuse("nothing moves where 'at_rest' starts", "leave out one of both", at=key)

@@ -188,10 +188,18 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
             yield ("bodies", name, "stretch"), "rods that do not stretch"
     for force in mechanism.forces:
         yield ("drives", force.name), "no forces at points"
-    if mechanism.until is not None:
-        yield ("run", "until"), "no end at a formula"
+    yield from _unknown_runs(scene)
     yield from _other_springs(scene, mechanism)
     yield from _rough_impacts(mechanism)
+
+
+def _unknown_runs(scene: Scene) -> Iterator[tuple[tuple[str | int, ...], str]]:
+    """How a run may begin or end, but by this engine."""
+    path, until = scene.ending
+    if until is not None:
+        yield path, "no end at a formula"
+    if scene.initial.pressing:
+        yield ("initial", "pressing"), "no start that presses"
 
 
 def _rough_impacts(mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:

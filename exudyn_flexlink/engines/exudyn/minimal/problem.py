@@ -5,7 +5,8 @@ Places on the slots' curves are followed along with the coordinates; contacts be
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple
 
@@ -62,7 +63,8 @@ class MinimalProblem:
     """A tree model with its events, in a run to `end` (s); see `stepper.HybridProblem`.
 
     `half_periods` (s) are those of the contacts, then of the pairs of link and guide; `given` (s)
-    is the user's own step.
+    is the user's own step. A run that `goes_on` from another one has `carried` contacts that press,
+    by their numbers, with the speeds (m/s) at which they touched.
     """
 
     model: MinimalModel
@@ -71,6 +73,8 @@ class MinimalProblem:
     half_periods: list[float]
     end: float
     given: float | None
+    carried: Mapping[int, float] = field(default_factory=dict)
+    goes_on: bool = False
     reached: bool = False
     came: bool = False  # the formula that ends the run, to zero
     stop_reason: str = ""
@@ -102,7 +106,9 @@ class MinimalProblem:
         until = assembly.mechanism.until
         self.until: UntilWatch | None = None
         if until is not None:
-            self.until = UntilWatch(self.model, self.recorder, until, self._come)
+            self.until = UntilWatch(
+                self.model, self.recorder, until, self._come, goes_on=self.goes_on
+            )
 
     def _begin_pressed(self, pressed: list[int]) -> None:
         """Let contacts press that do at time 0: `pressed` at a rest; ropes that are stretched."""
@@ -346,7 +352,8 @@ class MinimalProblem:
         """Let a contact begin or end where it is."""
         if what is Change.CLOSES:
             self._first = min(self._first, FIRST * self.half_periods[k])
-        now = Moment(time, touch.place, touch.gap_rate, self.recorder.totals_of(k))
+        rate = -self.carried[k] if time == 0 and k in self.carried else touch.gap_rate
+        now = Moment(time, touch.place, rate, self.recorder.totals_of(k))
         self.model.touches.change(k, what, now)
 
     def change_walls(self, time: float, contact: int | None = None) -> None:

@@ -31,6 +31,7 @@ from exudyn_flexlink.mechanism import (
     Assembly,
     end_of_run,
     half_periods,
+    pressing_at_start,
     sample_times,
     turn_goal,
 )
@@ -127,16 +128,21 @@ def prepare(
     seeker = ExtremeSeeker(watched, model.contacts.all, control.method.nodes)
     recorder = TreeRecorder(model, sample_times(scene, mechanism, end), seeker)
     goal = _goal(scene, assembly, layout)
+    goes_on, path = bool(scene.initial.states), scene.ending[0]
     try:
-        problem = MinimalProblem(model, recorder, goal, half_periods(assembly), end, accuracy.step)
-        ended = problem.until.mistakes() if problem.until and not seed else []
+        problem = MinimalProblem(
+            model, recorder, goal, half_periods(assembly), end, accuracy.step,
+            pressing_at_start(scene, mechanism), goes_on,
+        )  # fmt: skip
+        checked = problem.until is not None and not seed and not goes_on
+        ended = problem.until.mistakes(path) if checked and problem.until else []
     except LockedError as error:
         mistake = Mistake(
             ("joints", error.joint, error.key), f"{error}, as it starts", error.advice
         )
         raise SceneError(scene.document, [mistake]) from error
     except NoValueError as error:
-        ended = [Mistake(("run", "until"), str(error), error.advice)]
+        ended = [Mistake(path, str(error), error.advice)]
     if ended:
         raise SceneError(scene.document, ended)
     stepper = ImplicitStepper(model, problem, control, error_times(mechanism, end), end)

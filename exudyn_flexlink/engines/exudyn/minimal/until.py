@@ -6,7 +6,8 @@ may come to zero is halved, its first half first, so that of two crossings in on
 found. The step is made again to end there, and moved to where the formula is zero at its end.
 
 Where the formula is no longer below zero as a step begins, it has jumped: by an impact, as friction
-changes sign, or at a knot of a force or of the formula.
+changes sign, or at a knot of a force or of the formula. A run that goes on from another one, as in
+a stage, may begin with a formula that is not below zero: it counts once it has been.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.events import (
     COEFFICIENTS,
     DEGREE,
@@ -36,7 +37,7 @@ from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing, Guard, zero
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Held, Until, until_mistakes
-from exudyn_flexlink.source import Mistake
+from exudyn_flexlink.source import KeyPath, Mistake
 
 ROUNDING = 1e-13  # of its terms: nearer below zero the formula is zero
 FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of those that are looked at together
@@ -75,8 +76,11 @@ class UntilWatch:
         recorder: TreeRecorder,
         until: Until,
         over: Callable[[], None],
+        *,
+        goes_on: bool = False,
     ) -> None:
         self._model, self._recorder, self._until, self._over = model, recorder, until, over
+        self._waits = goes_on  # for the formula to be below zero
         self._sensors: list[Sensor | Held] = [
             sense if isinstance(sense, Held) else sensor_of(model.layout, model.kinematics, sense)
             for sense in until.senses
@@ -84,23 +88,25 @@ class UntilWatch:
         self._in_motion = [not isinstance(sensor, Held) for sensor in self._sensors]
         self._size = 0.0  # of its terms so far
 
-    def mistakes(self) -> list[Mistake]:
-        """Refuse a run that is over as it begins.
+    def mistakes(self, path: KeyPath) -> list[Mistake]:
+        """Refuse a run that is over as it begins, by its formula at this path of the scene.
 
         Raises:
             NoValueError: the formula has no value then.
 
         """
         at = self._model.evaluate(0.0, *self._model.coordinates.independent())
-        return until_mistakes(self._until, self._sensed(*_alone(at)))
+        return until_mistakes(self._until, self._sensed(*_alone(at)), path)
 
     def first(self, step: Step) -> Crossing | None:
         """When the formula comes to zero first within a step; at its start, if it has jumped."""
         value, little = self._value(*_alone(step.begin))
-        if value >= -little:
+        self._waits = self._waits and value >= -little
+        if value >= -little and not self._waits:
             return Crossing(step.t, UntilGuard(self, None, self._over))
         path = _Path(self._until, self._model, step, self._rates(step), little)
-        part = path.first()
+        below = path.first(falling=True) if self._waits else 0.0
+        part = None if below is None else path.first(below)
         if part is None:
             return None
         guard = UntilGuard(self, path.rate(part), self._over)
@@ -213,24 +219,32 @@ class _Path:
         self._bounds = AlongStep(formula.clock + step.t, rates).bounds
         self._whole = formula.expression.whole
 
-    def first(self) -> float | None:
-        """Part of the step after which the formula is zero first; None if it stays below."""
-        near = self._highest(FIRST_PARTS[:-1], FIRST_PARTS[1:]) >= -self._little
+    def first(self, after: float = 0.0, *, falling: bool = False) -> float | None:
+        """Part of the step, not before `after`, at which the formula is zero first.
+
+        None if it stays below; if `falling`, above.
+        """
+        side = -1.0 if falling else 1.0
+
+        def passed(part: float) -> float:
+            return side * self._risen(part)
+
+        begins, ends = np.maximum(FIRST_PARTS[:-1], after), FIRST_PARTS[1:]
+        near = (ends > begins) & self._near(np.minimum(begins, ends), ends, falling)
         left: list[tuple[float, float]] = [
-            (float(FIRST_PARTS[k]), float(FIRST_PARTS[k + 1]))
-            for k in np.flatnonzero(near)[::-1].tolist()
+            (float(begins[k]), float(ends[k])) for k in np.flatnonzero(near)[::-1].tolist()
         ]
         while left:
             begin, end = left.pop()
-            if self._highest(np.array([begin]), np.array([end]))[0] < -self._little:
+            if not self._near(np.array([begin]), np.array([end]), falling)[0]:
                 continue
             if end - begin > FINEST:
                 middle = (begin + end) / 2
                 left += [(middle, end), (begin, middle)]
-            elif self._risen(begin) >= 0:
-                return begin
-            elif self._risen(end) >= 0:
-                return float(zero(self._risen, begin, end))
+            elif passed(begin) >= 0:
+                return begin + FINEST * falling
+            elif passed(end) >= 0:
+                return float(zero(passed, begin, end)) + FINEST * falling
         return None
 
     def rate(self, part: float) -> float:
@@ -238,12 +252,13 @@ class _Path:
         begin, end = max(0.0, part - ASIDE), min(1.0, part + ASIDE)
         return (self._risen(end) - self._risen(begin)) / ((end - begin) * self._step.h)
 
-    def _highest(self, begin: FloatArray, end: FloatArray) -> FloatArray:
-        """Bounds above (n,) in parts of the step; infinite where it may have no value."""
+    def _near(self, begin: FloatArray, end: FloatArray, falling: bool) -> BoolArray:
+        """Parts (n,) of the step in which it may come to zero; also where it may have no value."""
         clock, t, h = self._formula.clock, self._step.t, self._step.h
         within = Bounds(*(clock + self._inside(t + h * part) for part in (begin, end)))
         bounds = self._whole.ranges(within, self._bounds(within))
-        return np.broadcast_to(bounds.high, begin.shape)
+        may = bounds.low <= -self._little if falling else bounds.high >= -self._little
+        return np.broadcast_to(may, begin.shape)
 
     def _risen(self, part: float) -> float:
         """Value, above what is rounding."""

@@ -1,0 +1,55 @@
+"""Stages of a run: at what formula joints let go, others close, and values change."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from exudyn_flexlink.expressions import Expression
+from exudyn_flexlink.scene.base import Condition, FrozenMapping, Named, Part, by_name
+from exudyn_flexlink.scene.contacts import Contact
+from exudyn_flexlink.scene.forces import Drive, Spring
+from exudyn_flexlink.scene.joints import Joint
+
+CHANGING = ("joints", "springs", "drives", "contacts")
+"""Sections of which a stage may add and remove parts."""
+
+
+def _frozen(value: Any) -> Any:
+    """Return plain data that nobody can change."""
+    if isinstance(value, Mapping):
+        return FrozenMapping({key: _frozen(item) for key, item in value.items()})
+    return tuple(_frozen(item) for item in value) if isinstance(value, (list, tuple)) else value
+
+
+Plain = Annotated[Any, BeforeValidator(_frozen)]
+
+
+class Added(Part):
+    """Parts that are there from a stage on."""
+
+    joints: Named[Joint] = by_name("joints that close as their points stand then")
+    springs: Named[Spring] = by_name("springs; rest as they stand then where nothing is said")
+    drives: Named[Drive] = by_name("motors and forces")
+    contacts: Named[Contact] = by_name("pairs that may strike each other")
+
+
+class Stage(Part):
+    """A change of the mechanism as a formula rises through 0; the run goes on with it."""
+
+    until: Annotated[Expression, Condition()] = Field(
+        description="formula as of 'run: until': the stage before ends as it rises through 0. At "
+        "first it must be below 0; in later stages it counts once it has been"
+    )
+    remove: tuple[str, ...] = Field(
+        (), description="parts that go, as joints.latch: of joints, springs, drives and contacts"
+    )
+    set: Named[Plain] = by_name(
+        "values by their keys, as drives.motor.value: 0, of parts that stay; and gravity"
+    )
+    add: Added = Field(
+        default_factory=Added,
+        description="parts that come; angles of welds and slides: as they stand then, if left out",
+    )

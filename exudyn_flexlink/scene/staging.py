@@ -1,0 +1,120 @@
+"""The scene of each stage of a run, made of the one before and what the stage changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from exudyn_flexlink.scene.model import Scene, check_document
+from exudyn_flexlink.scene.run import INITIAL_OF_JOINTS
+from exudyn_flexlink.scene.stages import CHANGING, Stage
+from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, dotted
+
+LEAST_NAMES = 2  # behind a section: of the part, and of its key
+
+
+def stage_scenes(scene: Scene) -> list[Scene]:
+    """Return a scene, and those of its later stages, as they are known before the run.
+
+    Raises:
+        SceneError: a stage can't be made, as of `after_stage`.
+
+    """
+    scenes = [scene]
+    while scenes[-1].stages:
+        scenes.append(after_stage(scenes[-1], number=len(scenes)))
+    return scenes
+
+
+def after_stage(
+    scene: Scene, angles: Mapping[str, float] | None = None, *, number: int = 1
+) -> Scene:
+    """Return the scene from its first stage on, which has its later stages.
+
+    `angles` (rad) are those of welds and slides that are added without one; it is the stage of this
+    `number` of a whole run.
+
+    Raises:
+        SceneError: a part is not there, or is already; or the new scene has mistakes.
+
+    """
+    data, stage = scene.to_data(), scene.stages[0]
+    changes = data["stages"].pop(0)
+    mistakes = list(_change(data, changes))
+    for name, angle in (angles or {}).items():
+        data["joints"][name]["angle"] = angle
+    given = data["initial"]
+    for key in (*INITIAL_OF_JOINTS, "pressing"):
+        if key in given:
+            names = {name.split(".")[0] for name in given[key]} & {
+                *data.get("joints", ()),
+                *data.get("contacts", ()),
+            }
+            given[key] = {n: x for n, x in given[key].items() if n.split(".")[0] in names}
+    if not mistakes:
+        checked = check_document(Document(scene.document.name, data=data))
+        mistakes = [_within(mistake, stage) for mistake in checked.mistakes]
+    if mistakes:
+        of_run = [replace(x, path=("stages", number - 1, *x.path)) for x in mistakes]
+        raise SceneError(scene.document, of_run)
+    return Scene.from_parts(checked.sections, scene.document)
+
+
+def _change(data: dict[str, Any], changes: Mapping[str, Any]) -> Iterator[Mistake]:
+    """Change a scene's plain data as a stage does; paths of mistakes begin in the stage."""
+    for k, name in enumerate(changes.get("remove", ())):
+        section, _, part = name.partition(".")
+        if section not in CHANGING:
+            hint = f"{' or '.join(CHANGING)}, a dot, and a name; bodies stay"
+            yield Mistake(("remove", k), f"'{name}' can't be removed", hint)
+        elif data.get(section, {}).pop(part, None) is None:
+            yield Mistake(("remove", k), *_unknown(part, section, data))
+    for section, parts in changes.get("add", {}).items():
+        for name, part in parts.items():
+            if name in data.setdefault(section, {}):
+                message = f"there is '{name}' among {section} already"
+                hint = "another name; or remove it in this stage"
+                yield Mistake(("add", section, name), message, hint, on_key=True)
+            data[section][name] = part
+    for key, value in changes.get("set", {}).items():
+        yield from _set(data, key, value)
+
+
+def _set(data: dict[str, Any], key: str, value: Any) -> Iterator[Mistake]:
+    """Give one key of a scene's plain data another value."""
+    if key == "gravity":
+        data[key] = value
+        return
+    section, *names = key.split(".")
+    if section not in CHANGING or len(names) < LEAST_NAMES:
+        hint = f"{' or '.join(CHANGING)}, a name and a key, with dots between; or gravity"
+        yield Mistake(("set", key), f"'{key}' can't be set", hint, on_key=True)
+        return
+    if names[0] not in data.get(section, {}):
+        yield Mistake(("set", key), *_unknown(names[0], section, data), on_key=True)
+        return
+    part = data[section]
+    for name in names[:-1]:
+        inner = part.get(name)
+        part[name] = part = dict(inner) if isinstance(inner, Mapping) else {}
+    part[names[-1]] = value
+
+
+def _unknown(name: str, section: str, data: Mapping[str, Any]) -> tuple[str, str]:
+    known = list(data.get(section, {}))
+    hint = f"{section} then: {', '.join(known)}" if known else f"there are no {section} then"
+    return f"no '{name}' among {section}{did_you_mean(name, known)}", hint
+
+
+def _within(mistake: Mistake, stage: Stage) -> Mistake:
+    """Say a mistake of a stage's scene where the stage makes it."""
+    path = mistake.path
+    if len(path) > 1 and path[1] in getattr(stage.add, str(path[0]), {}):
+        return replace(mistake, path=("add", *path))
+    for key in stage.set:
+        keys = tuple(key.split("."))
+        if path[: len(keys)] == keys or keys[: len(path)] == path:
+            return replace(mistake, path=("set", key))
+    message = f"{dotted(path)}, as it is from this stage on: {mistake.message}"
+    return Mistake((), message, mistake.hint)

@@ -1,0 +1,154 @@
+"""Stages of a run: what lets go keeps its speed, what closes acts by an impulse.
+
+Numbers are closed forms, or two integrations by different methods that agree to 1e-11.
+"""
+
+import numpy as np
+import pytest
+from physics_tools import alone, scene
+
+from exudyn_flexlink.source import SceneError
+
+ROD = """
+bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
+               points: {o: [0, 0], tip: [0.8, 0]}}}
+joints: {pin: {type: revolute, points: [ground, rod.o], at: [0, 0]}}
+gravity: 9.81
+run: {duration: 2}
+accuracy: {tolerance: 1.0e-10}
+"""
+THROWN = ROD.replace("run: {duration: 2}", """
+initial: {angles: {rod: -160 deg}}
+run: {duration: 2, until: "-1.2 m - place(rod.tip, y)"}
+stages: [{until: "angle(pin) + 50 deg", remove: [joints.pin]}]
+""")
+SHEARED = ROD.replace("run: {duration: 2}", """
+run: {duration: 2, until: "t - 0.6215570326 s"}
+stages: [{until: "force(pin) - 23.544 N", remove: [joints.pin]}]
+""")
+BOX = """
+bodies: {box: {type: rigid, mass: 3, inertia: 1, points: {o: [0, 0]}}}
+joints: {pin: {type: revolute, points: [ground, box.o], at: [0, 0]}}
+drives: {pull: {type: force, point: box.o, value: ["200*t", 0]}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-9}
+stages: [{until: "force(pin) - 120 N", remove: [joints.pin]}]
+"""
+ARMS = """
+bodies:
+  arm: {type: rigid, mass: 1, inertia: 0.03, centre_of_mass: [0.3, 0],
+        points: {hub: [0, 0], tip: [0.6, 0]}}
+  other: {type: rigid, mass: 0.7, inertia: 0.014583333333333334, centre_of_mass: [0.25, 0],
+          points: {hub: [0, 0], tip: [0.5, 0]}}
+joints:
+  first: {type: revolute, points: [ground, arm.hub], at: [0, 0]}
+  second: {type: revolute, points: [ground, other.hub], at: [0, 0]}
+gravity: 9.81
+initial: {angles: {arm: 180 deg, other: -90 deg}}
+run: {duration: 1.5, until: "-speed(first)"}
+accuracy: {tolerance: 1.0e-10}
+stages:
+  - until: "angle(first) - angle(second) - 360 deg"
+    remove: [joints.second]
+    add: {joints: {latch: {type: weld, points: [arm.hub, other.hub]}}}
+"""
+CARTS = """
+bodies:
+  cart: {type: rigid, mass: 2, inertia: 1, points: {o: [0, 0], front: [0.2, 0]}}
+  wagon: {type: rigid, mass: 1.5, inertia: 1, points: {o: [0, 0]}}
+joints:
+  way: {type: prismatic, points: [ground, cart.o], at: [0, 0], axis: [1, 0]}
+  track: {type: prismatic, points: [ground, wagon.o], at: [0, 0], axis: [1, 0]}
+springs: {pull: {type: linear, joint: way, stiffness: 300, length: 0}}
+initial: {along: {way: -0.1, track: 0.2}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-10}
+stages:
+  - until: "place(cart.front, x) - place(wagon.o, x)"
+    remove: [joints.track]
+    add: {joints: {hook: {type: weld, points: [cart.front, wagon.o]}}}
+"""
+ROTOR = """
+bodies: {wheel: {type: rigid, mass: 1, inertia: 0.05, points: {hub: [0, 0]}}}
+joints: {axle: {type: revolute, points: [ground, wheel.hub], at: [0, 0]}}
+springs: {drag: {type: torsional, joint: axle, damping: 0.002}}
+drives: {motor: {type: torque, joint: axle, value: 0.4}}
+run: {duration: 60, until: "5 rad/s - speed(axle)"}
+accuracy: {tolerance: 1.0e-9}
+stages: [{until: "angle(axle) - 3*360 deg", set: {drives.motor.value: 0}}]
+"""
+
+
+def begins(result):
+    """Instants (s) at which stages begin."""
+    return [event.time for event in result.laps if event.kind == "stage"]
+
+
+def test_a_rod_that_is_let_go_flies_on():
+    """2A: the free end comes down through y = -1.2 on a parabola."""
+    result = alone(THROWN)
+    (let_go,) = begins(result)
+    assert let_go == pytest.approx(0.5558819386, abs=2e-9)
+    k = result.sample_at(let_go)
+    assert result.rates[k, 0, 2] == pytest.approx(3.949530849, abs=2e-8)
+    assert np.hypot(*result.joint_forces["pin"][k]) == pytest.approx(16.61335079, abs=2e-7)
+    assert np.isnan(result.joint_forces["pin"][k + 1 :]).all()
+    assert result.time[-1] == pytest.approx(1.183224211, abs=2e-9)
+    x, y, angle = result.poses[-1, 0]
+    centre = [x + 0.4 * np.cos(angle), y + 0.4 * np.sin(angle)]
+    assert centre == pytest.approx([1.016328717, -1.599765456], abs=1e-8)
+    assert angle + np.pi / 2 == pytest.approx(3.175839358, abs=1e-8)
+    assert np.diff(result.time).min() > 1e-12
+    assert np.abs(result.energy.residual).max() < 1e-8
+
+
+def test_a_pin_shears_at_its_force():
+    """2B: it breaks at 2 m g; 0.3 s later the rod has flown on."""
+    result = alone(SHEARED)
+    assert begins(result) == pytest.approx([0.3215570326], abs=2e-9)
+    x, y, angle = result.poses[-1, 0]
+    centre = [x + 0.4 * np.cos(angle), y + 0.4 * np.sin(angle)]
+    assert centre == pytest.approx([-0.2773645198, -1.152544406], abs=1e-8)
+    assert -angle == pytest.approx(2.54867749, abs=1e-8)
+
+
+def test_what_is_pulled_flies_off_as_its_pin_breaks():
+    """2B: 3 kg, pulled by 200 N/s t; the pin breaks at 120 N."""
+    result = alone(BOX)
+    assert begins(result) == pytest.approx([0.6], abs=1e-12)
+    assert result.poses[-1, 0, 0] == pytest.approx(3.911111111, abs=1e-8)
+    assert result.rates[-1, 0, 0] == pytest.approx(21.33333333, abs=1e-7)
+
+
+def test_a_latch_takes_by_an_impulse_what_speeds_differ():
+    """2C: an arm latches to one that hangs; they swing on as one."""
+    result = alone(ARMS)
+    (latched,) = begins(result)
+    assert latched == pytest.approx(0.3743886847, abs=2e-9)
+    k = result.sample_at(latched)
+    assert result.rates[k, 0, 2] == pytest.approx(7.003570518, abs=2e-8)
+    assert result.rates[k + 1, :, 2] == pytest.approx([4.712682965] * 2, rel=0.05)
+    (event,) = (event for event in result.laps if event.kind == "stage")
+    assert event.details["energy_lost"] == pytest.approx(0.9626635514, abs=1e-8)
+    assert result.time[-1] == pytest.approx(0.7003036095, abs=2e-8)
+    highest = result.poses[-1, 0, 2] - 1.5 * np.pi
+    assert highest == pytest.approx(0.9581771484, abs=1e-8)
+    assert np.abs(result.energy.residual).max() < 1e-8
+
+
+def test_carts_that_couple_swing_on_together():
+    """2C, level: 2 kg on a spring meets 1.5 kg that stands at the spring's rest."""
+    result = alone(CARTS)
+    (coupled,) = begins(result)
+    assert coupled == pytest.approx(0.128254983, abs=2e-9)
+    (event,) = (event for event in result.laps if event.kind == "stage")
+    assert event.details["energy_lost"] == pytest.approx(0.6428571429, abs=1e-8)
+    assert result.extremes["cart.o.x_m"].greatest[0] == pytest.approx(0.0755928946, abs=1e-8)
+
+
+def test_a_motor_is_switched_off_and_the_wheel_runs_down():
+    """2D: off at 3 turns, which are not counted anew; the end at 5 rad/s."""
+    result = alone(ROTOR)
+    assert begins(result) == pytest.approx([2.202679634], abs=1e-8)
+    assert result.time[-1] == pytest.approx(32.60138222, abs=2e-7)
+    assert result.poses[-1, 0, 2] == pytest.approx(315.5359268, abs=1e-6)
