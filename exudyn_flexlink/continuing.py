@@ -47,6 +47,8 @@ from exudyn_flexlink.scene import (
     Scene,
     Spring,
     after_stage,
+    first_stage,
+    whole_scene,
 )
 from exudyn_flexlink.source import SceneError
 
@@ -87,6 +89,7 @@ def _sample(result: Result, at: float | None) -> int:
 def _going_on(result: Result, k: int) -> Scene:
     """Return the scene that begins with the state of a run at its sample k."""
     time = float(result.time[k])
+    result = replace(result, scene=first_stage(result.scene))
     for event in result.laps:
         if event.kind == STAGE and event.time <= time:
             result = replace(result, scene=_staged(result, result.sample_at(event.time)))
@@ -154,7 +157,8 @@ def through_stages(
 ) -> Result:
     """Run a scene through its stages, each by `run`, and return the result of all."""
     whole: Result | None = None
-    part, begin, lost, end = scene, 0.0, 0.0, scene.run.duration or inf
+    part, begin, lost, end = first_stage(scene), 0.0, 0.0, scene.run.duration or inf
+    everything = whole_scene(scene)
 
     def further(done: float) -> None:
         assert progress is not None
@@ -168,11 +172,11 @@ def through_stages(
             outcome = replace(result.outcome, time=result.outcome.time + begin)
             whole = replace(_series_of_both(whole, later(result, begin), lost), outcome=outcome)
         if not part.stages or not result.outcome.completed:
-            return replace(whole, scene=scene)
+            return replace(whole, scene=everything)
         number = len(scene.stages) - len(part.stages) + 1
         if not result.outcome.until:
             never = f"stage {number} never came: its 'until' did not rise through 0"
-            return replace(whole, scene=scene, warnings=(*whole.warnings, never))
+            return replace(whole, scene=everything, warnings=(*whole.warnings, never))
         begin = float(whole.time[-1])
         try:
             part, lost = _next_stage(result)
@@ -180,7 +184,7 @@ def through_stages(
             why = error.mistakes[0].message if isinstance(error, SceneError) else str(error)
             reason, advice = f"stage {number} can't begin: {why}", STAGE_ADVICE
             outcome = Outcome(False, begin, reason, advice)
-            return replace(whole, scene=scene, outcome=outcome)
+            return replace(whole, scene=everything, outcome=outcome)
         details = {"energy_lost": lost}
         whole = replace(whole, laps=(*whole.laps, Event(begin, STAGE, f"stage {number}", details)))
 

@@ -67,6 +67,7 @@ from exudyn_flexlink.scene import (
     Scene,
     apply_settings,
     check_document,
+    first_stage,
     stage_scenes,
 )
 from exudyn_flexlink.source import (
@@ -590,6 +591,7 @@ def rest_of_scene(scene: Scene) -> Rest:
 
 def put_together(scene: Scene) -> Assembly:
     """As `assemble_scene` from the start, whatever presses or is outside its guide then."""
+    scene = first_stage(scene)
     try:
         mechanism = build_mechanism(scene)
         undriven = drive_mistakes(mechanism, end_of_run(scene, mechanism))

@@ -93,4 +93,4 @@ from exudyn_flexlink.scene.run import (
     Solver,
 )
 from exudyn_flexlink.scene.stages import Stage
-from exudyn_flexlink.scene.staging import after_stage, stage_scenes
+from exudyn_flexlink.scene.staging import after_stage, first_stage, stage_scenes, whole_scene

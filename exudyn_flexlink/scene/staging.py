@@ -21,10 +21,53 @@ def stage_scenes(scene: Scene) -> list[Scene]:
         SceneError: a stage can't be made, as of `after_stage`.
 
     """
-    scenes = [scene]
+    scenes = [first_stage(scene)]
     while scenes[-1].stages:
         scenes.append(after_stage(scenes[-1], number=len(scenes)))
     return scenes
+
+
+def whole_scene(scene: Scene) -> Scene:
+    """Return a scene with the parts of all its stages, as results know them by name.
+
+    It runs as the scene does: see `first_stage`.
+    """
+    sections = {section: dict(getattr(scene, section)) for section in CHANGING}
+    for stage in scene.stages:
+        for section, parts in sections.items():
+            for name, part in _added(stage, section).items():
+                parts.setdefault(name, part)
+    return scene.changed(**sections) if scene.stages else scene
+
+
+def first_stage(scene: Scene) -> Scene:
+    """Return a scene without the parts that come in a later stage, if it has any."""
+    later = [
+        (section, name)
+        for section in CHANGING
+        for name in getattr(scene, section)
+        if _comes_later(scene, section, name)
+    ]
+    sections = {
+        section: {n: x for n, x in getattr(scene, section).items() if (section, n) not in later}
+        for section in {section for section, _ in later}
+    }
+    return scene.changed(**sections) if later else scene
+
+
+def _comes_later(scene: Scene, section: str, name: str) -> bool:
+    """Tell whether a stage adds a part that none before it removes."""
+    for stage in scene.stages:
+        if f"{section}.{name}" in stage.remove:
+            return False
+        if name in _added(stage, section):
+            return True
+    return False
+
+
+def _added(stage: Stage, section: str) -> Mapping[str, Any]:
+    added: Mapping[str, Any] = getattr(stage.add, section)
+    return added
 
 
 def after_stage(
