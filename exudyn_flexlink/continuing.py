@@ -1,7 +1,8 @@
 """Scenes that continue a run from one of its instants, and one result of a run and its sequel.
 
 The state of a mechanism is the poses and velocities of its parts, the laps of points in slots, and
-the time of its drives. A contact that presses has more: when, where and how fast its touch began,
+the time of its drives. In a run of stages each begins with the state of the one before; there what
+presses goes on to press. A contact that presses has more: when, where and how fast its touch began,
 which some laws ask for (see `laws`), and under an impulse law that it lasts. So a run can be
 continued only from instants at which nothing presses.
 """
@@ -32,6 +33,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import (
+    STAGE,
     Checks,
     Event,
     FrictionHistory,
@@ -88,11 +90,13 @@ def _sample(result: Result, at: float | None) -> int:
 
 def _going_on(result: Result, k: int) -> Scene:
     """Return the scene that begins with the state of a run at its sample k."""
-    time = float(result.time[k])
+    time, clock = float(result.time[k]), result.scene.initial.clock
     result = replace(result, scene=first_stage(result.scene))
-    for event in result.laps:
-        if event.kind == STAGE and event.time <= time:
-            result = replace(result, scene=_staged(result, result.sample_at(event.time)))
+    for begin, _ in result.stages:
+        if begin <= time:
+            staged = _staged(result, result.sample_at(begin))
+            initial = staged.initial.model_copy(update={"clock": clock})  # of the whole run
+            result = replace(result, scene=staged.changed(initial=initial))
     return _going_on_in(result, k)
 
 
@@ -145,8 +149,6 @@ def _pressing(result: Result, time: float) -> dict[str, tuple[tuple[int, float],
 
 # --- stages ---------------------------------------------------------------------------------------
 
-STAGE = "stage"
-"""Kind of the event at which a stage begins."""
 STAGE_ADVICE = "another 'until' of the stage, or places that meet then"
 LEAST_JUMP = 1e-9  # of the largest speed: a smaller jump of speeds is rounding, and loses nothing
 CLOSES_WITHIN = 1e-6  # of a part's reach: what closes may be so far off, as places are typed
@@ -226,10 +228,12 @@ def _staged(result: Result, k: int) -> Scene:
     scene = _going_on_in(result, k)
     made, added = after_stage(scene), scene.stages[0].add.joints
     mechanism = build_mechanism(made)
+    ends = {weld.name: (weld.first.part, weld.second.part) for weld in mechanism.welds}
+    ends |= {slide.name: (slide.first.part, slide.second.part) for slide in mechanism.slides}
     angles = {
-        joint.name: float(turning(joint.first.part, joint.second.part, result.poses[k]))
-        for joint in (*mechanism.welds, *mechanism.slides)
-        if getattr(added.get(joint.name), "angle", 0.0) is None
+        name: float(turning(*ends[name], result.poses[k]))
+        for name, joint in added.items()
+        if isinstance(joint, WeldJoint | PrismaticJoint) and joint.angle is None
     }
     return after_stage(scene, angles) if angles else made
 

@@ -242,7 +242,8 @@ class Event:
 
     `kind` is one of ``contact begins``, ``contact ends``, ``leaves the face`` (the point slides off
     an end of the face while pressed to it), ``impact`` (speeds jump, under an impulse law), ``lap``
-    (a slot's point passes the seam of its closed curve, see `curves.laps`). `name` is that of the
+    (a slot's point passes the seam of its closed curve, see `curves.laps`), ``stage`` (of the run,
+    by its number, begins). `name` is that of the
     contact or joint in the scene, `details` are SI numbers by name: place, and where a contact
     begins its approach_speed; where it ended its separation_speed, impulse, energy_lost and
     peak_force; of an impact all but the last of them, motor_work and tangential_impulse; lap, into
@@ -444,10 +445,11 @@ class Result:
     `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
-    `laps` are events of that kind, of every slot on a closed curve.
-    `scene` is what was asked for. A run that was measured is the more accurate one of two, whose
-    own tolerance is in its `settings`; `error` is what the distance of both tells, or why there is
-    none.
+    `laps` are events of that kind, of every slot on a closed curve, and the begins of stages. What
+    is there in some stages alone has no values (nan) in the others.
+    `scene` is what was asked for; with the parts of all its stages, if it has any. A run that was
+    measured is the more accurate one of two, whose own tolerance is in its `settings`; `error` is
+    what the distance of both tells, or why there is none.
     """
 
     scene: Scene
@@ -500,6 +502,11 @@ class Result:
         histories = (self.contacts, self.bearings, self.sleeves)
         return {name: history.touches for kind in histories for name, history in kind.items()}
 
+    @property
+    def stages(self) -> list[tuple[float, str]]:
+        """Instants (s) at which stages of the run began, and their names."""
+        return [(event.time, event.name) for event in self.laps if event.kind == STAGE]
+
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """What the scene's contacts and laps tell, in order of time."""
@@ -510,6 +517,10 @@ class Result:
             for event in _events_of(interval, name)
         ]
         return tuple(sorted([*self.laps, *changes], key=lambda event: event.time))
+
+
+STAGE = "stage"
+"""Kind of the event at which a stage of a run begins."""
 
 
 def later(result: Result, by: float) -> Result:

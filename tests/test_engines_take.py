@@ -179,6 +179,7 @@ CHANGES = {
     ],
     "`gravity`": ["gravity=[1, -9.81]"],
     "`until`": ["run.until=t - 1"],
+    "`stages`": ["run={duration: 0.1}", "stages=[{until: t - 1}]"],
 }
 
 

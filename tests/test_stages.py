@@ -5,7 +5,12 @@ Numbers are closed forms, or two integrations by different methods that agree to
 
 import numpy as np
 import pytest
-from physics_tools import alone
+from physics_tools import alone, scene
+
+from exudyn_flexlink.continuing import continued
+from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.source import SceneError
+from exudyn_flexlink.storage import load, save
 
 ROD = """
 bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
@@ -158,3 +163,109 @@ def test_a_motor_is_switched_off_and_the_wheel_runs_down():
     assert begins(result) == pytest.approx([2.202679634], abs=1e-8)
     assert result.time[-1] == pytest.approx(32.60138222, abs=2e-7)
     assert result.poses[-1, 0, 2] == pytest.approx(315.5359268, abs=1e-6)
+
+
+def test_what_presses_goes_on_to_press():
+    """A plate that sinks by its load: a stage elsewhere changes nothing of the touch."""
+    block = """
+curves: {plate: {type: line, from: [-1, 0], to: [1, 0]}}
+bodies:
+  block: {type: rigid, mass: 1, inertia: 1, points: {o: [0, 0]}}
+  rod: {type: rigid, mass: 1, inertia: 1, points: {o: [0, 0]}}
+joints: {way: {type: prismatic, points: [ground, block.o], at: [0, 0.1], axis: [0, 1]},
+         pin: {type: revolute, points: [ground, rod.o], at: [2, 0]}}
+contacts: {rest: {type: point_on_curve, point: block.o, curve: plate, side: left,
+                  law: {stiffness: 2000, restitution: 0.4}}}
+gravity: 9.81
+run: {duration: 0.5}
+accuracy: {tolerance: 1.0e-9}
+"""
+    plain = alone(block)
+    touch = next(iter(plain.contacts["rest"].touches))
+    middle = touch.begin + 0.02
+    staged = alone(
+        block, f"stages=[{{until: t - {middle}, add: {{springs: {{s: {{type: torsional, "
+        "joint: pin, stiffness: 1}}}}]"
+    )  # fmt: skip
+    both = [list(result.contacts["rest"].touches) for result in (plain, staged)]
+    assert len(both[0]) == len(both[1])
+    for key in ("begin", "end", "approach_speed", "impulse", "energy_lost", "peak_force"):
+        values = [[getattr(touch, key) for touch in touches] for touches in both]
+        assert values[1] == pytest.approx(values[0], rel=2e-7, abs=1e-8)
+
+
+def test_a_formula_that_is_not_below_zero_waits_until_it_has_been():
+    """A pendulum passes the middle; the next stage waits for the next time that it rises there."""
+    stages = "stages=[{until: t - 0.1 s}, {until: angle(pin) + 90 deg, remove: [joints.pin]}]"
+    start = "initial={angles: {rod: -80 deg}}"
+    result = alone(ROD, stages, start)
+    assert len(begins(result)) == 2
+    k = result.sample_at(begins(result)[1])
+    assert result.poses[k, 0, 2] == pytest.approx(-np.pi / 2, abs=1e-8)
+    assert result.rates[k, 0, 2] > 0.5
+    assert any("not below 0 as the run goes on at 0.1 s" in text for text in result.warnings)
+
+
+def test_a_stage_that_never_comes_is_told():
+    result = alone(ROD, "stages=[{until: angle(pin) - 10, remove: [joints.pin]}]")
+    assert result.outcome.completed
+    assert result.time[-1] == 2.0
+    assert not begins(result)
+    assert any("stage 1 never came" in warning for warning in result.warnings)
+
+
+def test_what_closes_must_be_where_it_can():
+    apart = "stages=[{until: t - 0.1, add: {joints: {stop: {type: weld, "
+    result = simulate(scene(ROD, apart + "points: [ground, rod.tip], at: [0, -1]}}}}]"))
+    assert not result.outcome.completed
+    assert "stage 1 can't begin" in result.outcome.reason
+    assert result.time[-1] == pytest.approx(0.1, abs=1e-12)
+
+
+def test_a_run_goes_on_from_one_of_its_stages():
+    """What was done in stages before is not done again."""
+    result = alone(ARMS)
+    rest = continued(result, at=0.5)
+    assert not rest.stages
+    assert list(rest.joints) == ["first", "latch"]
+    again = simulate(rest)
+    assert again.time[-1] + rest.initial.clock == pytest.approx(0.7003036095, abs=1e-7)
+
+
+def test_a_result_of_stages_is_kept_and_read_back(tmp_path):
+    result = alone(CARTS)
+    assert list(result.scene.joints) == ["way", "track", "hook"]
+    save(result, tmp_path / "run")
+    loaded = load(tmp_path / "run")
+    assert loaded.scene == result.scene
+    assert loaded.stages == result.stages
+    assert np.array_equal(loaded.joint_forces["hook"], result.joint_forces["hook"], equal_nan=True)
+    again = simulate(loaded.scene)
+    assert np.array_equal(again.poses, result.poses)
+
+
+@pytest.mark.parametrize(
+    ("stage", "message"),
+    [
+        ("{until: t - 1, remove: [joints.pim]}", "no 'pim' among joints; did you mean 'pin'"),
+        ("{until: t - 1, remove: [bodies.rod]}", "'bodies.rod' can't be removed"),
+        ("{until: t - 1, set: {drives.motor.value: 0}}", "no 'motor' among drives"),
+        ("{until: t - 1, set: {run.duration: 3}}", "'run.duration' can't be set"),
+        ("{until: t - 1, set: {joints.pin.clearance: -1}}", "stages.0.set.joints.pin.clearance"),
+        ("{until: t - 1, add: {joints: {pin: {type: weld, points: [ground, rod.o], at: [0, 0]}}}}",
+         "there is 'pin' among joints already"),
+        ("{until: t - 1, remove: [joints.pin], add: {springs: {s: {type: torsional, joint: pin, "
+         "stiffness: 1}}}}", "unknown joint 'pin'"),
+        ("{until: t + 1}", "is 1 as the run begins: it must be below 0"),
+    ],
+)  # fmt: skip
+def test_a_stage_that_can_not_be_is_refused(stage, message):
+    with pytest.raises(SceneError) as error:
+        scene(ROD, f"stages=[{stage}]")
+    assert message in str(error.value)
+    assert all(mistake.path[0] == "stages" for mistake in error.value.mistakes)
+
+
+def test_turns_end_no_run_of_stages():
+    with pytest.raises(SceneError, match="a run of stages has no turns"):
+        scene(ROD, "run={turns: 1, of: pin, at_most: 2}", "stages=[{until: t - 1}]")

@@ -284,11 +284,14 @@ def test_the_other_engine_has_no_such_end():
 # --- runs that go on ------------------------------------------------------------------------------
 
 
-def test_a_run_that_goes_on_from_its_end_needs_another_formula():
+def test_a_run_that_goes_on_from_its_end_waits_for_its_formula_to_be_below_zero():
     until = "run={duration: 1, until: t - 0.25}"
     first = alone(ROD, until)
-    with pytest.raises(SceneError, match="as the run begins: it must be below 0"):
-        assemble_scene(continued(first))
+    third = simulate(continued(first).changed(run=scene(ROD, "run={duration: 0.1}").run))
+    assert third.outcome.time == 0.1
+    again = simulate(continued(first))
+    assert again.outcome.until is False
+    assert any("counts once it has been" in warning for warning in again.warnings)
     second = simulate(continued(first).changed(run=scene(ROD, "run.until=t - 0.5 s").run))
     assert second.outcome.time == pytest.approx(0.25, abs=1e-12)
     assert joined(first, second).scene.run.until is None

@@ -28,6 +28,7 @@ from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.shipped import ENGINES, EXUDYN, THIS, version_of
+from exudyn_flexlink.source import KeyPath, dotted
 
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
@@ -38,8 +39,8 @@ FIRST = 0.4  # of the progress of two runs: what the first one takes of it
 class NotRepresentableError(Sendable, ValueError):
     """An engine can't represent a part of the scene; `path` names it (``("joints", "pin")``)."""
 
-    def __init__(self, path: tuple[str, ...], message: str) -> None:
-        super().__init__(f"{'.'.join(path)}: {message}")
+    def __init__(self, path: KeyPath, message: str) -> None:
+        super().__init__(f"{dotted(path)}: {message}")
         self.path = path
         self.message = message
 

@@ -23,7 +23,8 @@ class Happening(NamedTuple):
     `what` is one of ``touches``, ``lifts off``, ``slides off the face``, ``impact`` (speeds jump),
     ``turns back`` (a joint's rate changes its sign, before and after it goes farther than the run
     may be off), ``comes to rest`` and ``moves again`` (dry friction holds a joint), ``locks`` and
-    ``overruns`` (a freewheel), ``lap`` (a point passes the seam of its closed slot).
+    ``overruns`` (a freewheel), ``lap`` (a point passes the seam of its closed slot), ``stage`` (the
+    run goes on with the next one).
     """
 
     time: float

@@ -173,10 +173,11 @@ def force_deviations(
             straight_between(run.time, value, time)
             for run, value in zip((first, second), values, strict=True)
         )
-        same = alike
+        gone = np.isnan(first_force + second_force)  # of a part that is not there in a stage
+        same = alike & ~gone.reshape(len(time), -1).any(axis=1)
         if force.quantity.startswith("friction"):
             ways = (_slip(run, force.name, time) for run in (first, second))
-            same = alike & np.equal(*ways)
+            same &= np.equal(*ways)
         free, touched = (
             _spread(time[part], force.lengths, first_force[part], second_force[part])
             for part in (same & ~in_touch, same & in_touch)

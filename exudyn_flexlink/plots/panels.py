@@ -46,6 +46,9 @@ BEYOND_LINE: dict[str, Any] = {
 # Look of the mark at the instant from which on positions may be off by more than asked:
 DOUBT_LINE: dict[str, Any] = {"color": "#8A63B0", "linewidth": 0.8, "zorder": 1}
 
+# and at the instant at which a stage of the run begins:
+STAGE_LINE: dict[str, Any] = {"color": "#555555", "linewidth": 0.8, "linestyle": ":", "zorder": 1}
+
 LETTERS = 118  # letters in an inch of legend, times the points of their font
 HANDLE = 6  # letters: width of the sample of a line in a legend
 COINCIDE = 0.01  # of the range of all lines: lines nearer than this hide each other
@@ -187,11 +190,14 @@ def mark_doubt(
 
 
 def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = True) -> None:
-    """Shade what lies beyond the horizon, and mark where doubts begin.
+    """Shade what lies beyond the horizon, and mark where doubts, and stages, begin.
 
     `x` (N,) are the places of the samples.
     """
     mark_doubt(axes, result, result.time, x, named=named)
+    for time, name in result.stages:
+        begin = float(np.interp(time, result.time, x))
+        axes.axvline(begin, label=f"{name} begins" if named else None, **STAGE_LINE)
     beyond = horizon(result)
     if beyond is None or beyond[0] >= result.time[-1]:
         return

@@ -649,7 +649,8 @@ def _run(parts: Parts) -> Iterator[Mistake]:
 def _until(parts: Parts) -> Iterator[Mistake]:
     """Refuse torques in joints that nothing drives, where no friction acts either."""
     run, drives = parts.sections.get("run"), parts.sections.get("drives")
-    formula, path = getattr(run, "until", None), ("run", "until")
+    path: KeyPath = ("run", "until")
+    formula = getattr(run, "until", None)
     for stage in (parts.sections.get("stages") or ())[:1]:
         formula, path = stage.until, ("stages", 0, "until")
     if formula is None or drives is None or None in drives.values():

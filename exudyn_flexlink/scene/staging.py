@@ -56,12 +56,12 @@ def first_stage(scene: Scene) -> Scene:
 
 
 def _comes_later(scene: Scene, section: str, name: str) -> bool:
-    """Tell whether a stage adds a part that none before it removes."""
+    """Tell whether a stage adds this very part, and none before it removes it."""
     for stage in scene.stages:
         if f"{section}.{name}" in stage.remove:
             return False
         if name in _added(stage, section):
-            return True
+            return bool(_added(stage, section)[name] == getattr(scene, section)[name])
     return False
 
 

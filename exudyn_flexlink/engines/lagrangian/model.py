@@ -69,6 +69,7 @@ from exudyn_flexlink.scene import (
 )
 
 ON_AXIS = 1e-12  # m
+from exudyn_flexlink.source import KeyPath
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,7 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
     return Layout(guide, rods, levers, motor, ramp, torques, play, slides, faces)
 
 
-def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
+def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[KeyPath, str]]:
     """Paths of what this engine does not know in a scene, and a message for each."""
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
@@ -193,7 +194,7 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
     yield from _rough_impacts(mechanism)
 
 
-def _unknown_runs(scene: Scene) -> Iterator[tuple[tuple[str | int, ...], str]]:
+def _unknown_runs(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     """How a run may begin or end, but by this engine."""
     path, until = scene.ending
     if until is not None:

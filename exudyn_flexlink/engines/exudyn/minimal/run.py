@@ -196,7 +196,7 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     at_once = passed_on(run.problem.impacts.together, "all of them at once")
     halves = [run.problem.half_periods[k] for k in run.model.touches.ever]
     short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
-    doubtful = *_slipped(run), *_on_dead_centres(run)
+    doubtful = *_slipped(run), *_on_dead_centres(run), *_waited(run)
     warnings = (*short, *doubtful, *at_once, *run.solution.creeps)
     return RunReader(run).result(warnings, _outcome(run, *complaint))
 
@@ -212,6 +212,14 @@ def _slipped(run: MinimalRun) -> list[str]:
         f"moves ended it {slip:.2g} m from where its speed takes it; so did {len(slips)} of "
         f"{run.stepper.steps} steps; shorten the step, or ask for a tolerance"
     ]
+
+
+def _waited(run: MinimalRun) -> list[str]:
+    """Say that a formula was not below zero as the run, or a stage, went on."""
+    if run.problem.until is None or not run.problem.until.waited:
+        return []
+    begin = f"'until' is not below 0 as the run goes on at {run.scene.initial.clock:.6g} s"
+    return [f"{begin}: it counts once it has been"]
 
 
 def _on_dead_centres(run: MinimalRun) -> list[str]:

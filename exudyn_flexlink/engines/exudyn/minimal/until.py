@@ -40,6 +40,7 @@ from exudyn_flexlink.mechanism import Held, Until, until_mistakes
 from exudyn_flexlink.source import KeyPath, Mistake
 
 ROUNDING = 1e-13  # of its terms: nearer below zero the formula is zero
+BELOW = 1e-9  # of its terms: from so far below zero on a formula counts that was not, at first
 FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of those that are looked at together
 FINEST = 2.0**-16  # of a step: crossings nearer to each other are none, or one
 ASIDE = 1e-4  # of a step, to either side of a crossing: there its rate is taken
@@ -81,6 +82,7 @@ class UntilWatch:
     ) -> None:
         self._model, self._recorder, self._until, self._over = model, recorder, until, over
         self._waits = goes_on  # for the formula to be below zero
+        self.waited = False  # as the run began
         self._sensors: list[Sensor | Held] = [
             sense if isinstance(sense, Held) else sensor_of(model.layout, model.kinematics, sense)
             for sense in until.senses
@@ -101,12 +103,19 @@ class UntilWatch:
     def first(self, step: Step) -> Crossing | None:
         """When the formula comes to zero first within a step; at its start, if it has jumped."""
         value, little = self._value(*_alone(step.begin))
-        self._waits = self._waits and value >= -little
+        below = BELOW * self._size  # so far it must have been, where the run before ended at zero
+        self._waits = self._waits and value >= -below
+        self.waited |= self._waits
         if value >= -little and not self._waits:
             return Crossing(step.t, UntilGuard(self, None, self._over))
-        path = _Path(self._until, self._model, step, self._rates(step), little)
-        below = path.first(falling=True) if self._waits else 0.0
-        part = None if below is None else path.first(below)
+        rates, begin = self._rates(step), 0.0
+        if self._waits:
+            fallen = _Path(self._until, self._model, step, rates, below).first(falling=True)
+            if fallen is None:
+                return None
+            begin = fallen
+        path = _Path(self._until, self._model, step, rates, little)
+        part = path.first(begin)
         if part is None:
             return None
         guard = UntilGuard(self, path.rate(part), self._over)
