@@ -33,6 +33,7 @@ from exudyn_flexlink.scene.forces import (
     ForceDrive,
     LinearSpring,
     Measured,
+    RopeSpring,
     SpeedDrive,
     TorqueDrive,
     TorsionalSpring,
@@ -498,6 +499,8 @@ def _springs(parts: Parts) -> Iterator[Mistake]:
     """Refuse springs that nothing can strain, and frequencies that do not exist."""
     for name, spring in parts.valid("springs"):
         path = ("springs", name)
+        if isinstance(spring, RopeSpring):
+            continue
         if isinstance(spring, LinearSpring):
             bodies = {split_point(text)[0] for text in spring.points or ()}
             if len(bodies) == 1 and not isinstance(parts.get("bodies", *bodies), FlexibleBody):
