@@ -313,7 +313,10 @@ class RopeFlight:
 
     def __init__(self, pieces: Path, length: tuple[FloatArray, FloatArray]) -> None:
         """Take the paths of its pieces, and its length (n,) and the rate of that, m per step."""
-        places, rates = (np.vstack(both) for both in zip(pieces, length, strict=True))
+        places, rates = (
+            np.asarray(np.vstack(both), dtype=np.complex128)
+            for both in zip(pieces, length, strict=True)
+        )
         polynomial = collocation(places.shape[1] - 1).polynomial
         place, rate, bend = (polynomial.coefficients(places, rates, order) for order in range(3))
         self._rows = list(zip(place.tolist(), rate.tolist(), strict=True))

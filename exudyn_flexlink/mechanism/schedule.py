@@ -33,6 +33,7 @@ from exudyn_flexlink.mechanism.model import (
     Contact,
     Mechanism,
     Motor,
+    RopeContact,
     Size,
     Until,
 )
@@ -448,7 +449,7 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
     for rope in mechanism.ropes:
         path = ("springs", rope.name, "length")
         missing = list(_missing(path, rope.free_length, end, rope.free_length.rates))
-        mistakes += missing or _jumps(path, rope.free_length, end)
+        mistakes += missing or [*_jumps(path, rope.free_length, end), *_used_up(path, rope, end)]
     for torque in mechanism.torque_motors:
         if not torque.size.senses:
             mistakes += _missing(("drives", torque.name, "value"), torque.size.value, end)
@@ -532,6 +533,16 @@ def _jumps(path: KeyPath, speed: Prescribed, end: float) -> Iterator[Mistake]:
                 "formulas must meet where one follows the other",
             )
             return
+
+
+def _used_up(path: KeyPath, rope: RopeContact, end: float) -> Iterator[Mistake]:
+    """A rope needs a length."""
+    looks = _looks(end)
+    lengths = rope.free_length.values(looks)
+    if lengths.min() <= 0:
+        k = int(np.argmax(lengths <= 0))
+        message = f"is {lengths[k]:.4g} m at t = {looks[k]:.4g} s: a rope's length is above 0"
+        yield Mistake(path, message, "end the run, or the winding, before")
 
 
 def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:

@@ -418,8 +418,8 @@ class Ropes(Shape[RopeContact]):
         super().__init__(contacts, frame)
         counts = [len(contact.pieces) for contact in contacts]
         self._pieces = Circles([piece for c in contacts for piece in c.pieces], frame)
-        self._last = np.cumsum(counts) - 1
-        self._first = self._last + 1 - counts
+        self._last = np.cumsum(counts, dtype=np.intp) - 1
+        self._first = self._last + 1 - np.array(counts)
 
     def between(self, contact: RopeContact) -> tuple[Anchor, Anchor, float]:
         """See the last point from the one before."""

@@ -278,7 +278,7 @@ class OpenCoordinates(TreeCoordinates):
 
     def _ride(self, state: TreeState, u: FloatArray, rate: FloatArray) -> None:
         """Fill in the slides of points that ride on their curves, at places and speeds there."""
-        x, speed, b, places, place_rates, transform = state
+        x, speed, b, places, place_rates, transform, _ = state
         first = len(self._guides)
         places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):

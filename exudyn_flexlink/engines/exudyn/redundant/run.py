@@ -44,6 +44,7 @@ from exudyn_flexlink.mechanism import (
     Motor,
     Pin,
     Slide,
+    RopeContact,
     TurnStop,
     Weld,
     beyond_redundant,
@@ -319,7 +320,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
     contacts = []
     for i, (contact, resolution) in enumerate(zip(mechanism.touching, resolved, strict=False)):
         # `prepare` refuses them
-        assert not isinstance(contact, (CurveContact, FlatContact, TurnStop))
+        assert not isinstance(contact, (CurveContact, FlatContact, RopeContact, TurnStop))
         contacts.append(ContactItem(system, contact, i, resolution))
     for channel, resolution in zip(mechanism.channels, resolved[count:], strict=True):
         for pair in channel.contacts:
