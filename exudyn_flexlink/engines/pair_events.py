@@ -321,7 +321,10 @@ class RopeFlight:
         place, rate, bend = (polynomial.coefficients(places, rates, order) for order in range(3))
         self._rows = list(zip(place.tolist(), rate.tolist(), strict=True))
         self._bends = np.abs(bend).sum(axis=1)
-        self._seen = {0.0: _rope(places[:, 0], rates[:, 0]), 1.0: _rope(places[:, -1], rates[:, -1])}
+        self._seen = {
+            0.0: _rope(places[:, 0], rates[:, 0]),
+            1.0: _rope(places[:, -1], rates[:, -1]),
+        }
 
     def _at(self, part: float) -> _Rope:
         if part not in self._seen:

@@ -440,9 +440,7 @@ class ClosedCoordinates:
         lengths = self._present_scale[self._split.dependent]
         return self._solver.placed(t, z, self._guess(t, z, given), lengths)
 
-    def _moving(
-        self, t: FloatArray, v: FloatArray, given: FloatArray, placed: Placed
-    ) -> TreeState:
+    def _moving(self, t: FloatArray, v: FloatArray, given: FloatArray, placed: Placed) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
         (instants, dependent, _), free = placed.reach.shape, v.shape[1]
         known, links = dependent + free, self._links  # the first that is known
