@@ -45,11 +45,10 @@ HOISTS = [
 ]
 
 
-@pytest.mark.parametrize(("load", "weight", "over", "largest", "early", "late"), HOISTS)
-def test_n_parts_of_a_rope_carry_a_load_and_one_its_weight(
-    load, weight, over, largest, early, late
-):
+@pytest.mark.parametrize("hoist", HOISTS)
+def test_n_parts_of_a_rope_carry_a_load_and_one_its_weight(hoist):
     """s'' = (n+1) g - T(n^2/M + 1/m) of the stretch s = n x + z, in closed form."""
+    load, weight, over, largest, early, late = hoist
     result = alone(HOIST.format(load=load, weight=weight, over=over))
     for k, (x, z, tension) in ((np.searchsorted(result.time, 0.01 - 1e-9), early), (-1, late)):
         assert -2 - result.poses[k, :2, 1] == pytest.approx([x, z], abs=1e-9)

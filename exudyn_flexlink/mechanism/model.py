@@ -306,7 +306,7 @@ class RopeContact(_Pair):
 
     @cached_property
     def pieces(self) -> tuple[CircleContact, ...]:
-        """Its pieces, as if each were a rope of length 0: each pulls its first end to its second."""
+        """Its pieces, each a rope of length 0 that pulls its first end to its second."""
         return tuple(
             CircleContact(self.name, second, first, (0.0, 0.0), True, self.law)
             for first, second in pairwise(self.over)

@@ -1,8 +1,8 @@
 """Where contacts are, in which directions they act, and how near they come: a class for each shape.
 
 A shape is a point against a face or a curve, a straight face on a curve, two circles, a hinge
-and its stop, or a rope over points. Each class looks at many contacts and many instants at once, by the poses of parts.
-Laws, states and events are the same for all shapes.
+and its stop, or a rope over points. Each class looks at many contacts and many instants at once, by
+the poses of parts. Laws, states and events are the same for all shapes.
 
 Vectors in the plane are complex numbers. With C the point of the first part, S that of the second,
 e the x-axis of the frame in which C is seen (the second part's, turned along a face), and w its

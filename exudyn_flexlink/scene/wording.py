@@ -54,7 +54,7 @@ OTHER_WORDS: dict[str, str] = {
     # types of springs, drives, contacts and laws
     "torsional": "torsion rotational rotary angular torsional_spring",
     "linear": "spring damper dashpot coil translational axial linear_spring bungee buffer bumper",
-    "rope": "pulley pulleys cable string tether wire chain winch hoist tackle spatial_tendon tendon",
+    "rope": "pulley pulleys cable string tether wire chain winch hoist tackle tendon",
     "speed": "motor velocity angular_velocity angular_speed rotation omega rpm",
     "torque": "moment couple motor_torque",
     "motion": "position displacement angle prescribed",
