@@ -185,9 +185,11 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
     lengths = {rope.name: rope.free_length.at(0.0) for rope in mechanism.ropes}
     for name, rope in scene.ropes.items():
         side, begins = ("longer", "pulls") if rope.acts == "tension" else ("shorter", "pushes")
-        length = f"{number(lengths[name])} m, as assembled"
-        if rope.length is not None:
-            length = _value(rope.length, "m")
+        length = (
+            f"{number(lengths[name])} m, as assembled"
+            if rope.length is None
+            else _value(rope.length, "m")
+        )
         what = f"{_where(rope)}, {begins} where {side} than {length}"
         if rope.preload:
             what += f", from {number(rope.preload)} N on"
