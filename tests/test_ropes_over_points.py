@@ -10,6 +10,7 @@ from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.plots.outline import drawn_lines
+from exudyn_flexlink.source import SceneError
 
 G = 9.81
 HOIST = """
@@ -118,6 +119,12 @@ initial: {at_rest: true, positions: {ring: [0.05, -0.4]}}
 run: {duration: 0.1}
 accuracy: {tolerance: 1.0e-10}
 """
+
+
+def test_nothing_rests_on_a_winch_that_turns():
+    text = RING.replace("length: 1.2", 'length: "1.2 m - 0.1 m/s * t"')
+    with pytest.raises(SceneError, match="rope.length: moves at -0.1 m/s at first"):
+        simulate(scene(text), measure=False)
 
 
 def test_a_ring_on_a_rope_rests_where_both_pieces_lean_alike():
