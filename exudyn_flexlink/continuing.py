@@ -45,9 +45,11 @@ from exudyn_flexlink.result import (
 from exudyn_flexlink.scene import (
     FrozenMapping,
     Initial,
+    PrismaticJoint,
     Run,
     Scene,
     Spring,
+    WeldJoint,
     after_stage,
     first_stage,
     whole_scene,
@@ -406,7 +408,7 @@ def springs_as_assembled(scene: Scene) -> dict[str, Spring]:
     If the scene leaves that out, it is the one of the assembled mechanism.
     """
     mechanism = assemble_scene(scene).mechanism
-    # Ropes, tables and formulas have it already.
+    # Other ropes, tables and formulas have it already.
     fields = {
         spring.name: ("rest_angle", spring.rest_angle)
         for spring in mechanism.springs
@@ -415,6 +417,8 @@ def springs_as_assembled(scene: Scene) -> dict[str, Spring]:
     for pulled in mechanism.linear_springs:
         if not pulled.law:
             fields[pulled.name] = "length", pulled.length
+    for rope in mechanism.ropes:
+        fields[rope.name] = "length", rope.free_length.at(0.0)
     springs = dict(scene.springs)
     for name in springs.keys() & fields.keys():
         key, value = fields[name]

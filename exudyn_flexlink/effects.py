@@ -92,6 +92,8 @@ def _undamped(body: specs.Body) -> specs.Body:
 
 
 def _lossless(spring: specs.Spring) -> specs.Spring:
+    if isinstance(spring, specs.RopeSpring):
+        return spring.model_copy(update={"damping": 0.0}) if spring.damping else spring
     key = "force" if isinstance(spring, specs.LinearSpring) else "torque"
     law = getattr(spring, key)
     if isinstance(law, Expression):
@@ -138,6 +140,9 @@ def _holds(spring: specs.Spring, joints: Mapping[str, Any], gone: set[str]) -> b
     """Tell whether what a spring acts on is still there."""
     if isinstance(spring, specs.LinearSpring) and spring.points is not None:
         return not gone & {specs.split_point(text)[0] for text in spring.points}
+    if isinstance(spring, specs.RopeSpring):
+        points = (entry for entry in spring.over if isinstance(entry, str))
+        return not gone & {specs.split_point(text)[0] for text in points}
     return spring.joint in joints
 
 

@@ -325,7 +325,12 @@ def moving_drives(assembly: Assembly) -> list[Mistake]:
     """Drives that move as a run starts that should start at rest."""
     about = "moves at {:.4g} {} at first, so that nothing can start at rest"
     hint = "give it a 'ramp', or a formula that begins with speed 0"
-    return [
+    winches = [
+        Mistake(("springs", rope.name, "length"), about.format(speed, "m/s"), hint)
+        for rope in assembly.mechanism.ropes
+        if (speed := float(rope.free_length.rates(np.zeros(1))[0])) != 0
+    ]
+    return winches + [
         Mistake(
             ("drives", motor.name), about.format(speed, "m/s" if motor.slide else "rad/s"), hint
         )
@@ -442,6 +447,12 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             notes.append(Mistake(("springs", spring.name), message, hint))
+    for rope in assembly.mechanism.ropes:
+        for i, piece in enumerate(rope.pieces, start=1):
+            if -approach(piece, assembly.state.q, assembly.state.v).gap <= rope.shortest:
+                message = "at the same place as the one before, as the mechanism starts"
+                hint = "a piece of a rope needs a length, or it has no direction"
+                notes.append(Mistake(("springs", rope.name, "over", i), message, hint))
     return notes
 
 

@@ -131,6 +131,10 @@ CHANGES = {
     "`torsional`": [],
     "`linear`": [*PINNED, f"{PULL}stiffness: 100}}"],
     "`linear` with `acts`": [*PINNED, f"{PULL}stiffness: 100, acts: tension, length: 0.2}}"],
+    "`rope` over points": [
+        *PINNED,
+        "springs.s={type: rope, over: [arm.e, [1.2, 0], [1.3, 0.1]], stiffness: 100, length: 0.3}",
+    ],
     "`linear` with `force`": [*PINNED, f"{PULL}force: 100*length**2}}"],
     "`torsional` with `torque`": [
         *PINNED,

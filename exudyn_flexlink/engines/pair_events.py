@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -38,6 +38,7 @@ from exudyn_flexlink.mechanism import Glimpse, Seen
 EXACT = 1e-12
 SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of the rate
 LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner is
+LEAST_LENGTH = 1e-300  # m, of a piece of a rope: one without length has no direction
 
 
 class Turning(Protocol):
@@ -141,7 +142,7 @@ def little(rate: float, time: float) -> float:
     return EXACT + abs(rate) * instant(time, EVENT_TIME)
 
 
-def first_part(search: _OfFace | Flight) -> float | None:
+def first_part(search: _OfFace | Flight | RopeFlight) -> float | None:
     """Part of the step after which something happens first; None if nothing does.
 
     A search is `sure` of a part that nothing happens in it (True), or that one look at its end
@@ -216,6 +217,12 @@ class _OfFace:
         return (all(sure) if self._pressing else any(sure)) or None
 
 
+Path = tuple[ComplexArray, ComplexArray]
+"""Places (..., n) at the nodes of a step, m, and their rates, m per step."""
+RopePaths = tuple[Path, tuple[FloatArray, FloatArray]]
+"""Paths (pieces, n) of the pieces of a rope, and its length without force."""
+
+
 class Flight:
     """Search of a contact that is apart, by how its first part moves in the second one's axes.
 
@@ -226,7 +233,7 @@ class Flight:
         self,
         glance: Callable[[complex, complex], Glimpse],
         feature: float,
-        path: tuple[ComplexArray, ComplexArray],
+        path: Path,
         way: float,
     ) -> None:
         """Take what tells how near the first part is, by its place and its rate, and `feature`.
@@ -286,3 +293,77 @@ class Flight:
         if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
             return True
         return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None
+
+
+class _Rope(NamedTuple):
+    """A slack rope: lengths (m) of its pieces, how slack it is (m), and the rate of that."""
+
+    lengths: FloatArray
+    gap: float
+    gap_rate: float
+
+
+class RopeFlight:
+    """Search of a slack rope over points, by how its pieces move; its value is how slack it is.
+
+    That changes by no more than the ways of all its pieces together, and of its own length.
+    """
+
+    shortest = LEAST_PART
+
+    def __init__(self, pieces: Path, length: tuple[FloatArray, FloatArray]) -> None:
+        """Take the paths of its pieces, and its length (n,) and the rate of that, m per step."""
+        places, rates = (
+            np.asarray(np.vstack(both), dtype=np.complex128)
+            for both in zip(pieces, length, strict=True)
+        )
+        polynomial = collocation(places.shape[1] - 1).polynomial
+        place, rate, bend = (polynomial.coefficients(places, rates, order) for order in range(3))
+        self._rows = list(zip(place.tolist(), rate.tolist(), strict=True))
+        self._bends = np.abs(bend).sum(axis=1)
+        self._seen = {
+            0.0: _rope(places[:, 0], rates[:, 0]),
+            1.0: _rope(places[:, -1], rates[:, -1]),
+        }
+
+    def _at(self, part: float) -> _Rope:
+        if part not in self._seen:
+            rows = [(chebyshev_sum(z, part), chebyshev_sum(rate, part)) for z, rate in self._rows]
+            places, rates = np.array(rows).T
+            self._seen[part] = _rope(places, rates)
+        return self._seen[part]
+
+    def value(self, part: float) -> float:
+        """How slack it is (m)."""
+        return self._at(part).gap
+
+    def rate(self, part: float) -> float:
+        """Slope of that (m per step)."""
+        return self._at(part).gap_rate
+
+    def sure(self, begin: float, end: float) -> bool | None:
+        """Whether surely nothing happens: see `Flight.sure`."""
+        h, before, after = end - begin, self._at(begin), self._at(end)
+        middle = 0.5 * (begin + end)
+        speeds = np.abs([chebyshev_sum(rate, middle) for _, rate in self._rows])
+        ways = h * (speeds + h * self._bends / 4)
+        if before.gap + after.gap > ways.sum():
+            return True
+        # No piece is shorter within; its length bends no more than on a circle of that radius.
+        least = 0.5 * (before.lengths + after.lengths - ways[:-1])
+        if least.min() <= 0:
+            return None
+        fastest = speeds + h * self._bends / 2
+        turn = h * float(self._bends.sum() + (fastest[:-1] ** 2 / least).sum())
+        sag = h * turn / 8
+        if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
+            return True
+        return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None
+
+
+def _rope(places: ComplexArray, rates: ComplexArray) -> _Rope:
+    """A rope by its pieces, and last the length that it has without force."""
+    lengths = np.abs(places[:-1])
+    growing = (places[:-1].conj() * rates[:-1]).real / np.maximum(lengths, LEAST_LENGTH)
+    gap, gap_rate = places[-1].real - lengths.sum(), rates[-1].real - growing.sum()
+    return _Rope(lengths, float(gap), float(gap_rate))

@@ -145,7 +145,8 @@ class Histories:
         )
 
     def _of(self, contacts: Sequence[Contact], first: int) -> dict[str, ContactHistory]:
-        histories, seen = {}, ContactShapes(contacts).seen(poses_of(self.poses, self.rates))
+        poses = poses_of(self.poses, self.rates, self.kept.t)
+        histories, seen = {}, ContactShapes(contacts).seen(poses)
         for i, contact in enumerate(contacts):
             k = first + i
             touches, force = self._touches(k, k + 1), self.kept.press[:, k]
@@ -557,7 +558,8 @@ class BlockRecorder(ABC):
         touched = np.flatnonzero(at.pressed.any(axis=0))
         rows = np.flatnonzero(at.pressed[:, touched].any(axis=1))
         contacts = [self.contacts[k] for k in touched.tolist()]
-        gaps = ContactShapes(contacts).seen(poses_of(poses[rows], rates[rows])).gap
+        at_rows = poses_of(poses[rows], rates[rows], at.t[rows])
+        gaps = ContactShapes(contacts).seen(at_rows).gap
         for k, contact, gap in zip(touched.tolist(), contacts, gaps.T, strict=True):
             elastic = np.where(at.pressed[rows, k], contact.law.stored_energy(-gap), 0.0)
             stored[rows] += elastic

@@ -184,8 +184,9 @@ class ExtremeSeeker:
             return
         pressed, began = touches
         rows = [np.flatnonzero(pressed[:, k]) for k in which]
+        instants = steps[0][:, None] + steps[1][:, None] * self.nodes
         seen = [
-            approach(self.contacts[k], *(part[pressing_rows] for part in motion))
+            approach(self.contacts[k], *(part[pressing_rows] for part in (*motion, instants)))
             for k, pressing_rows in zip(which, rows, strict=True)
         ]
         time, length = (part[np.concatenate(rows)] for part in steps)

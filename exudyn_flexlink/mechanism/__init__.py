@@ -96,6 +96,7 @@ from exudyn_flexlink.mechanism.model import (
     Placed,
     PointForce,
     RigidPart,
+    RopeContact,
     RotarySpring,
     Sense,
     Size,

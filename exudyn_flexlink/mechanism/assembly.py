@@ -8,6 +8,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from math import isnan
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from exudyn_flexlink.mechanism.constraints import (
     constraint_rows,
     turning,
 )
+from exudyn_flexlink.mechanism.contacts import approach
 from exudyn_flexlink.mechanism.dynamics import (
     accelerations,
     constraints_at,
@@ -39,12 +41,15 @@ from exudyn_flexlink.mechanism.dynamics import (
 )
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
 from exudyn_flexlink.mechanism.model import (
+    Contact,
     LinearSpring,
     Mechanism,
     Pin,
+    RopeContact,
     RotarySpring,
     Slide,
 )
+from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.scene import (
     HertzLaw,
@@ -54,6 +59,7 @@ from exudyn_flexlink.scene import (
     PointOnCurve,
     PrismaticJoint,
     RevoluteJoint,
+    RopeSpring,
     Scene,
     SlideFriction,
     SlotJoint,
@@ -130,6 +136,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         mechanism,
         springs=tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
         linear_springs=tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
+        contacts=tuple(_spanned(contact, q) for contact in mechanism.contacts),
     )
     if start.states is not None:
         v = _closest_speeds(mechanism, q, places, start.states[:, 3:])
@@ -169,6 +176,14 @@ def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
     length = length_of(spring, q)
     law = None if spring.law is None else replace(spring.law, start=length)
     return replace(spring, length=length if spring.length is None else spring.length, law=law)
+
+
+def _spanned(contact: Contact, q: FloatArray) -> Contact:
+    """Give a rope over points that is as long as assembled that length."""
+    if not isinstance(contact, RopeContact) or not isnan(contact.free_length.at(0.0)):
+        return contact
+    gaps = [approach(piece, q, np.zeros_like(q)).gap for piece in contact.pieces]
+    return replace(contact, free_length=Ramp(-float(sum(gaps))))
 
 
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
@@ -390,7 +405,8 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"
         if name in scene.ropes:
-            yield ("springs", name, "acts"), "no springs of one side"
+            key = "type" if isinstance(spring, RopeSpring) else "acts"
+            yield ("springs", name, key), "no springs of one side"
         elif getattr(spring, key) is not None:
             yield ("springs", name, key), "linear springs alone"
     for stop in scene.stops.values():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin
+from math import cos, hypot, nan, pi, sin
 from typing import TypeVar
 
 import numpy as np
@@ -63,6 +63,7 @@ from exudyn_flexlink.mechanism.model import (
     Pin,
     Placed,
     PointForce,
+    RopeContact,
     RotarySpring,
     Sense,
     Size,
@@ -240,8 +241,10 @@ def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
     return FaceContact(name, *face, -way, law, across=True)
 
 
-def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
+def rope(bodies: Bodies, name: str, spec: specs.LinearSpring | specs.RopeSpring) -> Contact:
     """Return a rope or a buffer: a point in or outside a circle, or a face across a slide."""
+    if isinstance(spec, specs.RopeSpring):
+        return _rope_over(bodies, name, spec)
     pulls, length = spec.acts == "tension", spec.length or 0.0
     law: PressingLaw = SpringDamper(spec.stiffness, spec.damping, spec.preload)
     if isinstance(spec.force, ForceTable):
@@ -254,6 +257,17 @@ def rope(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Contact:
     assert spec.points is not None  # the scene checks that there is one of both
     first, second = (bodies.anchor(point, spec.at) for point in spec.points)
     return CircleContact(name, first, second, (0.0, length), pulls, law)
+
+
+def _rope_over(bodies: Bodies, name: str, spec: specs.RopeSpring) -> RopeContact:
+    """Return a rope over points; how long it is as assembled nobody knows yet."""
+    over = (
+        bodies.anchor(entry) if isinstance(entry, str) else Anchor(GROUND, *entry)
+        for entry in spec.over
+    )
+    given = nan if spec.length is None else spec.length
+    length = _ramp_or_function(given, 0.0, bodies.scene.initial.clock)
+    return RopeContact(name, tuple(over), length, SpringDamper(spec.stiffness, spec.damping))
 
 
 def _face_across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:

@@ -228,7 +228,9 @@ def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:
     return None
 
 
-def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
-    """Gap, place, rates and directions at coordinates and velocities (..., parts, 3)."""
-    look = ContactShapes((contact,)).look(poses_of(q, v)).of(0)
+def approach(
+    contact: Contact, q: FloatArray, v: FloatArray, t: FloatArray | float = 0.0
+) -> Approach:
+    """Gap, place, rates and directions at coordinates and velocities (..., parts, 3), at t (s)."""
+    look = ContactShapes((contact,)).look(poses_of(q, v, t)).of(0)
     return Approach(*look.seen, vectors(look.normal), vectors(look.along), look.grip)

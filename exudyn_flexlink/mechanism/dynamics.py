@@ -40,6 +40,7 @@ from exudyn_flexlink.mechanism.model import (
     Mechanism,
     Pin,
     RigidPart,
+    RopeContact,
     RotarySpring,
     Slide,
     TurnStop,
@@ -402,10 +403,14 @@ def contact_mass(
         turns = motions_by_mass(mechanism, q, places).nearest(row.ravel())
         return 1.0 / max(float((row * turns).sum()), 1e-300)
     first, second = contact.anchors
+    if isinstance(contact, RopeContact):
+        first, second = contact.over, ()
     rows = np.array([anchor_jacobian(anchor, q) for anchor in (*first, *second)])
     moved = motions_by_mass(mechanism, q, places).nearest(rows.reshape(-1, q.size).T)
     by_anchor = np.einsum("aik,kaj->aij", rows, moved.reshape(q.size, len(rows), 2))
     mobilities = np.linalg.eigvalsh(by_anchor).max(axis=1)  # m/s^2 per N
+    if isinstance(contact, RopeContact):
+        return 1.0 / max(float(contact.weights**2 @ mobilities), 1e-300)
     largest = float(mobilities[: len(first)].max() + mobilities[len(first) :].max())
     return 1.0 / max(largest, 1e-300)
 

@@ -52,7 +52,8 @@ from exudyn_flexlink.mechanism.least_motion import (
     spanning_tree,
     within_body,
 )
-from exudyn_flexlink.mechanism.model import GROUND, Contact, Mechanism, Slide
+from exudyn_flexlink.mechanism.model import GROUND, Contact, Mechanism, RopeContact, Slide
+from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.raising import Sendable
 
 
@@ -328,7 +329,7 @@ class _Search:
         self._mechanism = replace(mechanism, speed_motors=held, gears=gears, frictions=())
         self._tree = spanning_tree(mechanism)
         pairs, idle = mechanism.contacts_and_pairs, mechanism.idle_walls
-        self._contacts = tuple(pair for k, pair in enumerate(pairs) if k not in idle)
+        self._contacts = tuple(_held(pair) for k, pair in enumerate(pairs) if k not in idle)
         self._reach = max(part.reach for part in mechanism.parts)
 
     def size(self, step: FloatArray) -> float:
@@ -472,6 +473,13 @@ class _Search:
                 length = length_along(joint, q) + speed_along(joint, q, step)
                 placed[part, :2] += way * length * line_of(joint, placed)
         return placed
+
+
+def _held(contact: Contact) -> Contact:
+    """Return a contact as it is at a rest: a winch stands still."""
+    if not isinstance(contact, RopeContact):
+        return contact
+    return replace(contact, free_length=Ramp(contact.free_length.at(0.0)))
 
 
 def _gradient(contact: Contact, q: FloatArray) -> FloatArray:

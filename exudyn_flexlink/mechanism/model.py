@@ -3,7 +3,8 @@
 Every part has three coordinates: position x, y of its own origin and its angle (the origin of a
 rod is its start, its x-axis points to its end). An anchor is a point of a part in the part's axes,
 or a point of the ground. Both engines, and the checks that need none, read this one description.
-Contacts are a point and a face or a curve, two circles, a hinge and its stop, a link and its guide.
+Contacts are a point and a face or a curve, two circles, a hinge and its stop, a link and its guide,
+and the points of a rope.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from math import hypot, inf
 
 import numpy as np
@@ -285,7 +287,53 @@ class TurnStop(_Pair):
         return (self.second,), (self.first,)
 
 
-Contact = FaceContact | CircleContact | CurveContact | FlatContact | TurnStop
+SHORTEST_PIECE = 1e-6  # of a rope: where a piece is shorter, it has no direction any more
+
+
+@dataclass(frozen=True)
+class RopeContact(_Pair):
+    """A rope over several anchors, with one tension: it is as long as its pieces are together.
+
+    Its gap is how much shorter than `free_length` (m, by time) it is, its depth how far it is
+    stretched.
+    """
+
+    name: str
+    over: tuple[Anchor, ...]
+    free_length: Prescribed
+    law: PressingLaw
+    friction: None = None
+
+    @cached_property
+    def pieces(self) -> tuple[CircleContact, ...]:
+        """Its pieces, each a rope of length 0 that pulls its first end to its second."""
+        return tuple(
+            CircleContact(self.name, second, first, (0.0, 0.0), True, self.law)
+            for first, second in pairwise(self.over)
+        )
+
+    @property
+    def shortest(self) -> float:
+        """Length (m) of a piece at which a run ends."""
+        return SHORTEST_PIECE * self.free_length.at(0.0)
+
+    @property
+    def point(self) -> Anchor:
+        """The last of its anchors that moves."""
+        return next(anchor for anchor in reversed(self.over) if anchor.part != GROUND)
+
+    @property
+    def weights(self) -> FloatArray:
+        """How many pieces pull at each anchor."""
+        return np.array([1.0, *[2.0] * (len(self.over) - 2), 1.0])
+
+    @property
+    def anchors(self) -> Anchors:
+        """Its last anchor, then all others."""
+        return (self.over[-1],), self.over[-2::-1]
+
+
+Contact = FaceContact | CircleContact | CurveContact | FlatContact | TurnStop | RopeContact
 
 
 @dataclass(frozen=True)
@@ -771,6 +819,7 @@ class Mechanism:
         """
         applied = [size.value for _, size in self.sizes]
         functions = [*(motor.speed for motor in self.speed_motors), *applied]
+        functions += [rope.free_length for rope in self.ropes]
         functions += [] if self.until is None else [self.until.value]
         jumps = {knot for function in functions for knot in function.knots(end)}
         instants = list[float]()
@@ -784,6 +833,11 @@ class Mechanism:
         """Contacts of the scene, then those of its joints with clearance: the order of arrays."""
         walls = (wall for groove in self.grooves for wall in groove.contacts)
         return (*self.contacts, *self.bearings, *walls)
+
+    @property
+    def ropes(self) -> list[RopeContact]:
+        """Ropes over points."""
+        return [contact for contact in self.contacts if isinstance(contact, RopeContact)]
 
     @property
     def first_walls(self) -> list[int]:

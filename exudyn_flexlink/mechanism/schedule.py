@@ -33,10 +33,11 @@ from exudyn_flexlink.mechanism.model import (
     Contact,
     Mechanism,
     Motor,
+    RopeContact,
     Size,
     Until,
 )
-from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
@@ -66,6 +67,12 @@ def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Asse
                 motors.append(replace(motor, speed=speed))
                 continue
         motors.append(motor)
+    for rope in mechanism.ropes:
+        if isinstance(rope.free_length, Formula):
+            terms = rope.free_length.expression.rate_addends
+            _, short, left = _parts(rope.free_length, terms, end, (1.0, 0.0), allowed)
+            knots.append(short)
+            texts += _warnings(rope.name, left)
     for name, size, rows, alone in _loads(assembly):
         if isinstance(size.value, Formula):
             terms = [term for term in size.value.expression.addends if term.of_time]
@@ -437,7 +444,11 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
     for motor in mechanism.speed_motors:
         path = ("drives", motor.name, "value")
         missing = list(_missing(path, motor.speed, end, motor.speed.rates))
-        mistakes += missing or _jumps(path, motor, end)
+        mistakes += missing or _jumps(path, motor.speed, end)
+    for rope in mechanism.ropes:
+        path = ("springs", rope.name, "length")
+        missing = list(_missing(path, rope.free_length, end, rope.free_length.rates))
+        mistakes += missing or [*_jumps(path, rope.free_length, end), *_used_up(path, rope, end)]
     for torque in mechanism.torque_motors:
         if not torque.size.senses:
             mistakes += _missing(("drives", torque.name, "value"), torque.size.value, end)
@@ -498,12 +509,12 @@ def _sides(function: Applied, end: float) -> tuple[FloatArray, FloatArray]:
     return knots - beside, knots + beside
 
 
-def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
-    """A speed can't jump, nor can an angle: no finite force would do that."""
-    speed = motor.speed
+def _jumps(path: KeyPath, speed: Prescribed, end: float) -> Iterator[Mistake]:
+    """A speed can't jump, nor can an angle, or a length: no finite force would do that."""
     if isinstance(speed, (Ramp, Tabled)):
         return
-    kinds = [("speed", speed.values, speed.rates)]
+    name = "value" if path[0] == "springs" else "speed"
+    kinds = [(name, speed.values, speed.rates)]
     if isinstance(speed, SpeedOf):
         kinds = [("value", speed.motion.values, speed.values), *kinds]
     first, last = _sides(speed, end)
@@ -521,6 +532,16 @@ def _jumps(path: KeyPath, motor: Motor, end: float) -> Iterator[Mistake]:
                 "formulas must meet where one follows the other",
             )
             return
+
+
+def _used_up(path: KeyPath, rope: RopeContact, end: float) -> Iterator[Mistake]:
+    """A rope needs a length."""
+    looks = _looks(end)
+    lengths = rope.free_length.values(looks)
+    if lengths.min() <= 0:
+        k = int(np.argmax(lengths <= 0))
+        message = f"is {lengths[k]:.4g} m at t = {looks[k]:.4g} s: a rope's length is above 0"
+        yield Mistake(path, message, "end the run, or the winding, before")
 
 
 def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:

@@ -1,8 +1,8 @@
 """Where contacts are, in which directions they act, and how near they come: a class for each shape.
 
-A shape is a point against a face or a curve, a straight face on a curve, two circles, or a hinge
-and its stop. Each class looks at many contacts and many instants at once, by the poses of parts.
-Laws, states and events are the same for all shapes.
+A shape is a point against a face or a curve, a straight face on a curve, two circles, a hinge
+and its stop, or a rope over points. Each class looks at many contacts and many instants at once, by
+the poses of parts. Laws, states and events are the same for all shapes.
 
 Vectors in the plane are complex numbers. With C the point of the first part, S that of the second,
 e the x-axis of the frame in which C is seen (the second part's, turned along a face), and w its
@@ -34,6 +34,7 @@ from exudyn_flexlink.mechanism.model import (
     CurveContact,
     FaceContact,
     FlatContact,
+    RopeContact,
     TurnStop,
 )
 
@@ -46,7 +47,8 @@ class Poses(NamedTuple):
     """Poses and velocities of parts, or of the links that carry them: (..., n + 1) each.
 
     Origins (m), axes ``exp(i angle)``, angles (rad), velocities of origins (m/s), and angular
-    speeds (rad/s): `turning` is i times `spin`. The last is the ground.
+    speeds (rad/s): `turning` is i times `spin`. The last is the ground. `t` (...) are the instants,
+    s, by which some contacts change.
     """
 
     origin: ComplexArray
@@ -55,10 +57,11 @@ class Poses(NamedTuple):
     velocity: ComplexArray
     spin: FloatArray
     turning: ComplexArray
+    t: FloatArray | float = 0.0
 
 
-def poses_of(q: FloatArray, v: FloatArray) -> Poses:
-    """Poses by coordinates and velocities, (..., parts, 3) that broadcast."""
+def poses_of(q: FloatArray, v: FloatArray, t: FloatArray | float = 0.0) -> Poses:
+    """Poses by coordinates and velocities, (..., parts, 3) that broadcast, at instants (...) s."""
     q, v = np.broadcast_arrays(q, v)
     shape = (*q.shape[:-2], q.shape[-2] + 1)
     origin, velocity = np.zeros(shape, dtype=complex), np.zeros(shape, dtype=complex)
@@ -66,7 +69,7 @@ def poses_of(q: FloatArray, v: FloatArray) -> Poses:
     for place, turn, part in ((origin, angle, q), (velocity, spin, v)):
         place.real[..., :-1], place.imag[..., :-1] = part[..., 0], part[..., 1]
         turn[..., :-1] = part[..., 2]
-    return Poses(origin, np.exp(1j * angle), angle, velocity, spin, 1j * spin)
+    return Poses(origin, np.exp(1j * angle), angle, velocity, spin, 1j * spin, t)
 
 
 class Seen(NamedTuple):
@@ -408,6 +411,47 @@ class Circles(Shape[CircleContact]):
         return Glimpse(way * (far - contact.distance), gap_rate)
 
 
+class Ropes(Shape[RopeContact]):
+    """Ropes over points: their pieces together count. Directions are those of the last piece."""
+
+    def __init__(self, contacts: Sequence[RopeContact], frame: Callable[[int], Frame]) -> None:
+        super().__init__(contacts, frame)
+        counts = [len(contact.pieces) for contact in contacts]
+        self._pieces = Circles([piece for c in contacts for piece in c.pieces], frame)
+        self._last = np.cumsum(counts, dtype=np.intp) - 1
+        self._first = self._last + 1 - np.array(counts)
+
+    def between(self, contact: RopeContact) -> tuple[Anchor, Anchor, float]:
+        """See the last point from the one before."""
+        last = contact.pieces[-1]
+        return last.first, last.second, 0.0
+
+    def look(self, at: Poses) -> Look:
+        """Look at the contacts."""
+        pieces, t = self._pieces.look(at), np.asarray(at.t)
+        length, rate = (
+            np.stack([c.free_length.of_order(t.ravel(), order) for c in self.contacts], axis=-1)
+            for order in (0, 1)
+        )
+        gap, gap_rate = (
+            given.reshape(*t.shape, -1) + np.add.reduceat(column, self._first, axis=-1)
+            for given, column in ((length, pieces.gap), (rate, pieces.gap_rate))
+        )
+        none = np.zeros_like(gap)
+        last = pieces.of(self._last)
+        return last._replace(gap=gap, place=none, gap_rate=gap_rate, slip=none, bend=none)
+
+    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """Paths of last pieces; of all pieces they are those of `RopeContact.pieces`."""
+        return self._relative(at)[:2]
+
+    def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
+        """How much longer than `RopeContact.shortest` a piece is, by the path of that."""
+        far = abs(place)
+        gap_rate = _dot(place, rate) / far if far > 0 else abs(rate)
+        return Glimpse(far - self.contacts[c].shortest, gap_rate)
+
+
 def grips(
     radius: FloatArray, touching: FloatArray, pressed: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -709,6 +753,7 @@ SHAPES: dict[type, type[Shape[Any]]] = {
     CurveContact: OnCurves,
     FlatContact: OnFlats,
     TurnStop: Stops,
+    RopeContact: Ropes,
 }
 _LOOK_KINDS = (1.0, 1.0, 1.0, 1.0, 1j, 1j, 1j, 1j, 1.0, 1.0, 1.0)
 

@@ -29,6 +29,7 @@ from exudyn_flexlink.mechanism import (
     Gear,
     Groove,
     Mechanism,
+    RopeContact,
     Slot,
     TurnStop,
     anchor_position,
@@ -179,6 +180,8 @@ def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
             yield Drawn("stop", RED, through(contact.name, *stop_ray(model, contact)))
         elif contact.name in scene.ropes and isinstance(contact, CircleContact):
             yield Drawn("rope", GREEN, through(contact.name, contact.first, contact.second))
+        elif isinstance(contact, RopeContact):
+            yield Drawn("rope", GREEN, through(contact.name, *contact.over))
 
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:

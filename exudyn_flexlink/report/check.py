@@ -182,9 +182,15 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
         for spring in mechanism.all_springs
         if spring.name in scene.springs
     ]
+    lengths = {rope.name: rope.free_length.at(0.0) for rope in mechanism.ropes}
     for name, rope in scene.ropes.items():
         side, begins = ("longer", "pulls") if rope.acts == "tension" else ("shorter", "pushes")
-        what = f"{_where(rope)}, {begins} where {side} than {number(rope.length or 0.0)} m"
+        length = (
+            f"{number(lengths[name])} m, as assembled"
+            if rope.length is None
+            else _value(rope.length, "m")
+        )
+        what = f"{_where(rope)}, {begins} where {side} than {length}"
         if rope.preload:
             what += f", from {number(rope.preload)} N on"
         rows.append([name, what, *_spring_numbers(rope)])
@@ -216,6 +222,9 @@ def _rests(scene: Scene, mechanism: Mechanism) -> list[str]:
 def _where(spring: Spring) -> str:
     if isinstance(spring, TorsionalSpring):
         return f"at {spring.joint}"
+    if isinstance(spring, specs.RopeSpring):
+        places = (e if isinstance(e, str) else _placed(e)[4:] for e in spring.over)
+        return f"over {', '.join(places)}"
     if spring.points is None:
         return f"along {spring.joint}"
     return f"between {spring.points[0]} and {spring.points[1]}{_placed(spring.at)}"
@@ -225,10 +234,12 @@ def _placed(at: tuple[float, float] | None) -> str:
     return "" if at is None else f" at ({number(at[0])}, {number(at[1])}) m"
 
 
-def _spring_numbers(spring: RotarySpring | LinearSpring | specs.LinearSpring) -> list[str]:
+def _spring_numbers(
+    spring: RotarySpring | LinearSpring | specs.LinearSpring | specs.RopeSpring,
+) -> list[str]:
     force, change = ("N m", "rad") if isinstance(spring, RotarySpring) else ("N", "m")
     rest = "no spring"
-    if isinstance(spring, specs.LinearSpring):
+    if isinstance(spring, specs.LinearSpring | specs.RopeSpring):
         rest = "a table"  # of what has no stiffness and acts on one side
     elif spring.law is not None:
         law = spring.law.applied

@@ -48,6 +48,7 @@ from exudyn_flexlink.scene.forces import (
     ForceTable,
     LinearSpring,
     MotionDrive,
+    RopeSpring,
     SpeedDrive,
     Spring,
     Table,

@@ -254,6 +254,25 @@ TwoPoints = Annotated[tuple[PointName, PointName], listed("body.point", "body.po
 Point = Annotated[tuple[Coordinate, Coordinate], XY, Field(description="[x, y], metres")]
 
 
+class ByForm:
+    """Annotation of a union of a name and of a list: the value's own form picks one of both."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        name, place = map(handler.generate_schema, get_args(source))
+        choices = {TAG: name, TAG + "list": place}
+        return core_schema.tagged_union_schema(choices, discriminator=_form)
+
+
+def _form(value: Any) -> str:
+    return TAG + "list" if isinstance(value, (list, tuple)) else TAG
+
+
+OverPoint = Annotated[MovingPointName | Point, ByForm()]
+"""A point of a body, or a place on the ground."""
+
+
 class Condition:
     """Annotation of a formula of time, state and forces in joints, of any dimension."""
 

@@ -7,7 +7,7 @@ greatest angle, or at its least and greatest length along a slide.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -33,7 +33,7 @@ from exudyn_flexlink.scene.base import (
 )
 
 if TYPE_CHECKING:
-    from exudyn_flexlink.scene.forces import LinearSpring
+    from exudyn_flexlink.scene.forces import LinearSpring, RopeSpring
 
 
 Restitution = Annotated[
@@ -525,13 +525,13 @@ class Stop:
 class Rope:
     """A rope or a buffer as a contact; `striking` is a point that it acts on, 'body.point'."""
 
-    law: LinearSpring
+    law: LinearSpring | RopeSpring
     striking: str
     struck: None = None
 
 
-def moving(points: tuple[str, str]) -> str:
-    """Return the second of two points, the first where that is the ground."""
+def moving(points: Sequence[str]) -> str:
+    """Return the last of some points that is not the ground."""
     return next(point for point in reversed(points) if point != GROUND)
 
 

@@ -43,6 +43,7 @@ from exudyn_flexlink.scene.base import (
     ByType,
     MovingPointName,
     Name,
+    OverPoint,
     Part,
     Point,
     Refers,
@@ -455,6 +456,48 @@ class LinearSpring(Part):
         return self
 
 
+class RopeSpring(Part):
+    """A rope over points, with one tension along it: it slides over those between without friction.
+
+    It pulls only where it is longer than its length, as does its damper.
+    """
+
+    # What other springs have, and a rope over points has not.
+    joint: ClassVar[None] = None
+    points: ClassVar[None] = None
+    force: ClassVar[None] = None
+    torque: ClassVar[None] = None
+    acts: ClassVar[str] = "tension"
+    preload: ClassVar[float] = 0.0
+    type: Literal["rope"]
+    over: tuple[OverPoint, ...] = Field(
+        min_length=2,
+        description="where it runs along: points 'body.point', and places [x, y] on the ground; "
+        "its ends are the first and the last",
+    )
+    stiffness: si.PositiveStiffness = Field(description="tension per stretch of the whole rope")
+    damping: si.NonNegativeDamping = Field(0.0, description="tension per rate of that stretch")
+    length: Annotated[float | Expression, Varying(Dimension.LENGTH)] | None = Field(
+        None,
+        description="without tension: a number, or a formula of time, as of a winch; left out: as "
+        "assembled",
+    )
+
+    @model_validator(mode="after")
+    def _spans(self) -> RopeSpring:
+        for i, (before, after) in enumerate(pairwise(self.over), start=1):
+            if before == after:
+                refuse("the same as the one before: a piece needs a length", at=("over", i))
+        if not any(isinstance(entry, str) for entry in self.over):
+            refuse("needs a point of a body: all places are on the ground", at="over")
+        if isinstance(self.length, float) and self.length <= 0:
+            refuse("must be greater than 0", at="length")
+        if isinstance(self.length, Table):
+            refuse("no table: a number, or a formula of time", at="length")
+        _refuse_state(self.length, "length", "length")
+        return self
+
+
 class _Ramped(Part):
     """A drive whose value, a number, may be reached along a ramp."""
 
@@ -537,12 +580,12 @@ class ForceDrive(Part):
     )
 
 
-def _refuse_state(value: Value, what: str) -> None:
+def _refuse_state(value: Value | None, what: str, at: str = "value") -> None:
     if isinstance(value, Expression) and value.sensed:
         sensed = value.sensed[0]
         message = f"a {what} is of t alone; '{sensed.kind}({sensed.of})' belongs to the state"
-        refuse(message, "a drive of type torque or force may depend on the state", at="value")
+        refuse(message, "a drive of type torque or force may depend on the state", at=at)
 
 
-Spring = Annotated[TorsionalSpring | LinearSpring, ByType()]
+Spring = Annotated[TorsionalSpring | LinearSpring | RopeSpring, ByType()]
 Drive = Annotated[SpeedDrive | MotionDrive | TorqueDrive | ForceDrive, ByType()]

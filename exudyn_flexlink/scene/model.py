@@ -31,7 +31,7 @@ from exudyn_flexlink.scene.contacts import (
     moving,
     stops_of,
 )
-from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, Spring
+from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, RopeSpring, Spring
 from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
 from exudyn_flexlink.scene.names import Parts, find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, InitialOrRest, Outputs, Run, Solver
@@ -107,10 +107,10 @@ class Scene(Part):
         }
 
     @property
-    def ropes(self) -> dict[str, LinearSpring]:
+    def ropes(self) -> dict[str, LinearSpring | RopeSpring]:
         """Springs that act on one side, ropes and buffers, by name."""
-        springs = self.springs.items()
-        return {n: s for n, s in springs if isinstance(s, LinearSpring) and s.acts != "both"}
+        kinds, springs = LinearSpring | RopeSpring, self.springs.items()
+        return {n: s for n, s in springs if isinstance(s, kinds) and s.acts != "both"}
 
     @property
     def all_contacts(self) -> dict[str, Contact | Stop | Rope]:
@@ -118,7 +118,9 @@ class Scene(Part):
         ropes = {name: Rope(rope, moving(self._ends(rope))) for name, rope in self.ropes.items()}
         return {**self.contacts, **self.stops, **ropes}
 
-    def _ends(self, spring: LinearSpring) -> tuple[str, str]:
+    def _ends(self, spring: LinearSpring | RopeSpring) -> tuple[str, ...]:
+        if isinstance(spring, RopeSpring):
+            return tuple(entry for entry in spring.over if isinstance(entry, str))
         if spring.points is not None:
             return spring.points
         joint = self.joints[spring.joint or ""]

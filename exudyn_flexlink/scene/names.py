@@ -33,6 +33,7 @@ from exudyn_flexlink.scene.forces import (
     ForceDrive,
     LinearSpring,
     Measured,
+    RopeSpring,
     SpeedDrive,
     TorqueDrive,
     TorsionalSpring,
@@ -504,6 +505,9 @@ def _springs(parts: Parts) -> Iterator[Mistake]:
     """Refuse springs that nothing can strain, and frequencies that do not exist."""
     for name, spring in parts.valid("springs"):
         path = ("springs", name)
+        if isinstance(spring, RopeSpring):
+            yield from _on_one_body(parts, (*path, "over"), spring)
+            continue
         if isinstance(spring, LinearSpring):
             bodies = {split_point(text)[0] for text in spring.points or ()}
             if len(bodies) == 1 and not isinstance(parts.get("bodies", *bodies), FlexibleBody):
@@ -517,6 +521,12 @@ def _springs(parts: Parts) -> Iterator[Mistake]:
                 hint = "of a rod or a rigid body hinged to the ground; else give "
                 hint += "'stiffness'" if key == "frequency" else "'damping'"
                 yield Mistake((*path, key), f"'{spring.joint}' has no {key} of its own", hint)
+
+
+def _on_one_body(parts: Parts, path: KeyPath, rope: RopeSpring) -> Iterator[Mistake]:
+    bodies = {split_point(entry)[0] if isinstance(entry, str) else GROUND for entry in rope.over}
+    if len(bodies) == 1 and not isinstance(parts.get("bodies", *bodies), FlexibleBody):
+        yield Mistake(path, "all points are of one body, whose distances can't change")
 
 
 def _swings(parts: Parts, joint: RevoluteJoint) -> bool:

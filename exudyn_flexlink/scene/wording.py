@@ -53,8 +53,8 @@ OTHER_WORDS: dict[str, str] = {
     "prismatic": "slider sliding slide translational translation slide_joint",
     # types of springs, drives, contacts and laws
     "torsional": "torsion rotational rotary angular torsional_spring",
-    "linear": "spring damper dashpot coil translational axial linear_spring rope cable string "
-    "tether bungee buffer bumper",
+    "linear": "spring damper dashpot coil translational axial linear_spring bungee buffer bumper",
+    "rope": "pulley pulleys cable string tether wire chain winch hoist tackle tendon",
     "speed": "motor velocity angular_velocity angular_speed rotation omega rpm",
     "torque": "moment couple motor_torque",
     "motion": "position displacement angle prescribed",
@@ -102,6 +102,7 @@ OTHER_WORDS: dict[str, str] = {
     "radii": "radius diameters r curvature",
     "clearance": "gap play backlash",
     "link": "rod slider",
+    "over": "points via path eyes pulleys sheaves",
     "joint": "at on joints",
     "stiffness": "k spring_constant spring_rate",
     "damping": "c d damping_coefficient viscosity",

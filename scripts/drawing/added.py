@@ -40,6 +40,8 @@ def add_parts(rng: np.random.Generator, drawn: Drawn) -> None:
     curves = model.get("curves", {})
     curves |= {name: _cornered(rng, curve) for name, curve in curves.items()}
     _loosen(rng, model)
+    if drawn.points and rng.random() < 0.4:
+        _reeve(rng, drawn)
 
 
 def _loosen(rng: np.random.Generator, model: Model) -> None:
@@ -100,6 +102,21 @@ def _hang(rng: np.random.Generator, drawn: Drawn) -> None:
         "damping": number(rng.choice([0, rng.uniform(0.1, 10)])),
     }
     drawn.model.setdefault("springs", {})["rope"] = spring
+
+
+def _reeve(rng: np.random.Generator, drawn: Drawn) -> None:
+    """Lead a rope over an eye, or over another point of a body, to a point; it may be wound."""
+    points = [str(name) for name in rng.permutation(drawn.points)[:2]]
+    eyes = [[within(rng, -0.6, 0.6), within(rng, 0.3, 0.6)] for _ in points]
+    length = within(rng, 0.6, 1.2)
+    rope = {
+        "type": "rope",
+        "over": [points[0], eyes[0], *([points[1], eyes[1]] if len(points) > 1 else [[0, 0.7]])],
+        "stiffness": spread(rng, 50, 5e3),
+        "damping": number(rng.choice([0, rng.uniform(0.1, 10)])),
+        "length": length if rng.random() < 0.5 else f"{length} m + 0.05 m * sin(5 rad/s * t)",
+    }
+    drawn.model.setdefault("springs", {})["reeved"] = rope
 
 
 def _cornered(rng: np.random.Generator, curve: Model) -> Model:

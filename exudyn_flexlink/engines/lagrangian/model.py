@@ -67,9 +67,9 @@ from exudyn_flexlink.scene import (
     SpeedDrive,
     WeldJoint,
 )
+from exudyn_flexlink.source import KeyPath
 
 ON_AXIS = 1e-12  # m
-from exudyn_flexlink.source import KeyPath
 
 
 @dataclass(frozen=True)

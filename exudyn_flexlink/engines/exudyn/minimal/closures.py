@@ -420,7 +420,7 @@ class ClosedCoordinates:
     def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """All coordinates at instants, from the independent ones and their speeds."""
         given = self.closures.given(t)
-        return self._moving(v, given, self._placed(t, z, given))
+        return self._moving(t, v, given, self._placed(t, z, given))
 
     def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
         """As `states`, at the stages of a step that is tried: later searches begin near them."""
@@ -433,14 +433,14 @@ class ClosedCoordinates:
         # How far (m) residuals of 1 m move dependent coordinates (n,).
         moved = self._last.inverse * self._present_scale[self._split.dependent, None]
         self._gains = np.asarray(np.abs(moved).reshape(len(t), -1).max(1, initial=0.0))
-        return self._moving(v, given, self._last)
+        return self._moving(t, v, given, self._last)
 
     def _placed(self, t: FloatArray, z: FloatArray, given: FloatArray) -> Placed:
         """All coordinates at instants, from the independent and the known ones."""
         lengths = self._present_scale[self._split.dependent]
         return self._solver.placed(t, z, self._guess(t, z, given), lengths)
 
-    def _moving(self, v: FloatArray, given: FloatArray, placed: Placed) -> TreeState:
+    def _moving(self, t: FloatArray, v: FloatArray, given: FloatArray, placed: Placed) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
         (instants, dependent, _), free = placed.reach.shape, v.shape[1]
         known, links = dependent + free, self._links  # the first that is known
@@ -456,7 +456,7 @@ class ClosedCoordinates:
         x, speeds, accelerations = columns[:, :links, :3].transpose(2, 0, 1)
         places, place_rates = columns[:, links:, :2].transpose(2, 0, 1)
         transform = Transform(columns[:, :links, 3:])
-        return TreeState(x, speeds, accelerations, places, place_rates, transform)
+        return TreeState(x, speeds, accelerations, places, place_rates, transform, t)
 
     def _guess(self, t: FloatArray, z: FloatArray, given: FloatArray) -> FloatArray:
         """Guess at all coordinates (n, all) by the independent and the known ones.

@@ -40,6 +40,7 @@ from exudyn_flexlink.mechanism import (
     Look,
     Mechanism,
     Poses,
+    RopeContact,
     Seen,
     deepest_allowed,
 )
@@ -249,6 +250,7 @@ class ContactGroup:
             [contact.friction is not None for contact in self.contacts], dtype=bool
         )
         self._any_rubs = bool(self._rubs.any())
+        self._ropes = [(i, tree.pieces[k]) for i, k in enumerate(which) if k in tree.pieces]
 
     def seen(self, at: Poses) -> Seen:
         """Gaps and places of all, and their rates."""
@@ -263,15 +265,24 @@ class ContactGroup:
         look = self.shapes.look(poses(moving))
         carried = self._kinematics.carries(moving.places, look.at) * self._moved
         across = (look.normal.conj()[..., None] * carried).real + self._moments
+        for i, pieces in self._ropes:
+            across[..., i, :] = self._pulls(moving, pieces).sum(axis=-2)
         if not self._any_rubs:
             return look, Rows(across, np.zeros(across.shape))
         slid = look.grip[..., None] * (look.along.conj()[..., None] * carried).real
         slid = (slid + look.arm[..., None] * self._turns) * self._rubs[:, None]
         return look, Rows(across, slid)
 
+    def _pulls(self, moving: Moving, pieces: ContactShapes) -> FloatArray:
+        """Derivatives (..., pieces, links) of how much shorter the pieces of a rope are."""
+        look = pieces.look(poses(moving))
+        first, second = self._kinematics.moved_by[pieces.links].astype(float)
+        carried = self._kinematics.carries(moving.places, look.at) * (first - second)
+        return np.asarray((look.normal.conj()[..., None] * carried).real)
+
     def gap_bends(self, moving: Moving, look: Look) -> FloatArray:
         """Second derivatives (..., c), m/s^2, of gaps where no coordinate accelerates."""
-        x, v, at, rates = moving
+        x, v, at, rates, _ = moving
         bends = self._kinematics.bends(at, rates, x, v, np.zeros_like(x))
         return self.shapes.gap_bends(look, poses(moving), bends.origin)
 
@@ -283,13 +294,14 @@ class ContactGroup:
 class ContactPush(NamedTuple):
     """Contacts that press at one instant (a,): forces (N) and powers that they take (W).
 
-    `force` (links,) is that on the coordinates. Of several instants all have one axis more, the
-    first.
+    `force` (links,) is that on the coordinates, `supply` the power (W) that changes of the lengths
+    of ropes supply. Of several instants all have one axis more, the first.
     """
 
     force: FloatArray
     press: FloatArray
     power: FloatArray
+    supply: FloatArray
     look: Look
     rows: Rows
 
@@ -318,6 +330,8 @@ class ActingContacts(ContactGroup):
         self._any_ends = not self._always.all()
         self._walls = walls[:, None].astype(float)
         self._stiff = bool(walls.any()) or self._any_rubs
+        ropes = enumerate(self.contacts)
+        self._lengths = [(i, c.free_length) for i, c in ropes if isinstance(c, RopeContact)]
 
     def pressing(self, gap: FloatArray, rate: FloatArray, approach: FloatArray) -> Pressing:
         """Forces and their slopes by gaps and rates (..., a), by how fast touches began (a,)."""
@@ -337,7 +351,10 @@ class ActingContacts(ContactGroup):
             rub = -self._friction * press * np.tanh(look.slip / self._slip_speed)
             force = force + (rub[..., None, :] @ rows.along)[..., 0, :]
             power = power - rub * look.slip
-        return ContactPush(force, press, power, look, rows)
+        supply = np.zeros(press.shape[:-1])
+        for i, length in self._lengths:
+            supply = supply - press[..., i] * length.rates(np.atleast_1d(moving.t))
+        return ContactPush(force, press, power, supply, look, rows)
 
     def slopes(
         self, at: ContactPush, moving: Moving, approach: FloatArray
@@ -390,11 +407,14 @@ class TreeContacts:
         self.layout, self.kinematics = layout, kinematics
         self.curves: dict[int, CurveFollower] = {}
         self.tables: dict[int, TableFollower] = {}
+        self.pieces: dict[int, ContactShapes] = {}  # of ropes over points
         self.group = lru_cache(lambda which: ContactGroup(self, which))
         self._acting = lru_cache(self._acting_by)
         for k, contact in enumerate(self.all):
             if isinstance(contact, CurveContact | FlatContact):
                 self.curves[k] = CurveFollower(contact)
+            if isinstance(contact, RopeContact):
+                self.pieces[k] = ContactShapes(contact.pieces, layout.frame)
             if isinstance(contact.law, SpringTable):
                 self.tables[k] = TableFollower(contact.name, contact.law)
         self.rigid = frozenset(
@@ -417,13 +437,13 @@ class TreeContacts:
 
     # --- where they are -----------------------------------------------------------------------
 
-    def poses(self, x: FloatArray, v: FloatArray) -> Poses:
-        """Links at coordinates and speeds (..., links) of the tree."""
-        return poses(self.kinematics.moving(x, v))
+    def poses(self, x: FloatArray, v: FloatArray, t: FloatArray | float = 0.0) -> Poses:
+        """Links at coordinates and speeds (..., links) of the tree, at instants (...) s."""
+        return poses(self.kinematics.moving(x, v, t))
 
-    def touch(self, k: int, x: FloatArray, v: FloatArray) -> Touch:
-        """Where contact k is at coordinates and speeds of the tree."""
-        return self.touch_of(k, self.group((k,)).seen(self.poses(x, v)).of(0))
+    def touch(self, k: int, x: FloatArray, v: FloatArray, t: FloatArray | float = 0.0) -> Touch:
+        """Where contact k is at coordinates and speeds of the tree at an instant (s)."""
+        return self.touch_of(k, self.group((k,)).seen(self.poses(x, v, t)).of(0))
 
     def touch_of(self, k: int, seen: Seen) -> Touch:
         """Where contact k is, of a single one that is seen."""

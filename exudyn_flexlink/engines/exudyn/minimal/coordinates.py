@@ -87,7 +87,8 @@ class TreeState(NamedTuple):
     """All coordinates of the tree at one instant (links,), and the slots' places on their pieces.
 
     `b` are accelerations that the independent ones do not cause, `transform` tells what they cause.
-    `place_rates` are those of `places`. Of several instants all have one axis more, the first.
+    `place_rates` are those of `places`, `t` (s) is the instant. Of several instants all have one
+    axis more, the first.
     """
 
     x: FloatArray
@@ -96,6 +97,7 @@ class TreeState(NamedTuple):
     places: FloatArray
     place_rates: FloatArray
     transform: Transform
+    t: FloatArray
 
     def pick(self, which: Which) -> TreeState:
         """Return one of several instants, some of them, or (None) the only one as one of one."""
@@ -237,7 +239,7 @@ class OpenCoordinates(TreeCoordinates):
         reach = np.empty((len(t), *self._picks.shape))
         reach[:] = self._picks
         places, rates = np.zeros((2, len(t), self._slots))
-        state = TreeState(state.x, state.v, state.b.copy(), places, rates, Transform(reach))
+        state = TreeState(state.x, state.v, state.b.copy(), places, rates, Transform(reach), t)
         self._slide(state)
         self._ride(state, z[:, free:], v[:, free:])
         return state
@@ -254,7 +256,7 @@ class OpenCoordinates(TreeCoordinates):
             x[:, link] = self._start[0][link] + sign * motor.speed.integrals(t)
             speed[:, link], b[:, link] = sign * motor.speed.values(t), sign * motor.speed.rates(t)
         places, rates = np.zeros((2, len(t), self._slots))
-        state = TreeState(x, speed, b, places, rates, self._picked)
+        state = TreeState(x, speed, b, places, rates, self._picked, t)
         if not self._follows:
             self._slide(state)
         self._driven = t, state
@@ -262,7 +264,7 @@ class OpenCoordinates(TreeCoordinates):
 
     def _slide(self, state: TreeState) -> None:
         """Fill in the slides that follow their guides, and the places of their points."""
-        x, speed, b, places, _, transform = state
+        x, speed, b, places, _, transform, _ = state
         for k, guide in enumerate(self._guides):
             turning, sliding = guide.guided.turning, guide.guided.sliding
             angles = x[:, turning].tolist()
@@ -276,7 +278,7 @@ class OpenCoordinates(TreeCoordinates):
 
     def _ride(self, state: TreeState, u: FloatArray, rate: FloatArray) -> None:
         """Fill in the slides of points that ride on their curves, at places and speeds there."""
-        x, speed, b, places, place_rates, transform = state
+        x, speed, b, places, place_rates, transform, _ = state
         first = len(self._guides)
         places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):

@@ -42,6 +42,9 @@ from exudyn_flexlink.engines.exudyn.minimal.loads import LoadSize, Now
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
 from exudyn_flexlink.engines.pair_events import (
     Flight,
+    Path,
+    RopeFlight,
+    RopePaths,
     calm,
     changed,
     first_of,
@@ -62,7 +65,7 @@ from exudyn_flexlink.integrate.events import (
 )
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.mechanism import Poses, Seen
+from exudyn_flexlink.mechanism import Poses, RopeContact, Seen
 
 Value = Callable[[TreeForces], FloatArray]
 """Event function of a joint, by what is known of the tree (n,): positive until it happens."""
@@ -422,6 +425,9 @@ class Changes(Protocol):
     def turns_guard(self) -> Guard:
         """The turns that end the run are made."""
 
+    def short_guard(self, rope: str) -> Guard:
+        """A piece of a rope over points has no length left."""
+
 
 class EventFinder:
     """Looks at steps; `seen` are all contacts at the end of the last one accepted."""
@@ -438,7 +444,7 @@ class EventFinder:
         )
         self._pairs = slice(self._count, None)  # of link and guide: they follow the scene's
         self._poses = model.contacts.poses
-        self.x, self._v = x, v
+        self.x, self._v, self._t = x, v, 0.0
         self.seen = self._contacts.whole_group.seen(self._poses(x, v))
         self.kinks = KinkWatch(model, changes)
         self.frictions = FrictionWatch(model, changes)
@@ -447,7 +453,7 @@ class EventFinder:
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
-        self.x, self._v, self.seen = end.x, end.v, self._seen_at(end)
+        self.x, self._v, self._t, self.seen = end.x, end.v, float(end.t), self._seen_at(end)
         for k in np.flatnonzero(self._inside(self.seen)[: self._count] < 0).tolist():
             self._sides.beside(k, float(self.seen.gap[k]))
         for k in {**self._contacts.curves, **self._contacts.tables}:
@@ -493,14 +499,14 @@ class EventFinder:
         """Parts at a step's nodes, of which those `within` and the end are known."""
         x = np.vstack([self.x, within.x, end.x])
         v = np.vstack([self._v, within.v, end.v])
-        return self._poses(x, v)
+        return self._poses(x, v, np.hstack([self._t, within.t, end.t]))
 
     def _seen_at(self, end: TreeState) -> Seen:
         """All contacts at the end of a step, which are asked for again as it is accepted."""
         if not self._contacts.all:
             return self.seen
         if self._ahead is None or self._ahead[0] is not end:
-            self._ahead = end, self._contacts.whole_group.seen(self._poses(end.x, end.v))
+            self._ahead = end, self._contacts.whole_group.seen(self._poses(end.x, end.v, end.t))
         return self._ahead[1]
 
     def _inside(self, seen: Seen) -> FloatArray:
@@ -615,13 +621,40 @@ class EventFinder:
     ) -> list[Crossing]:
         numbers = range(self._count)
         held = [k for k in numbers if self.presses(k) or self.let_go(k)]
-        others = {*held, *self._contacts.idle}
+        others = {*held, *self._contacts.idle, *self._contacts.pieces}
         free = np.array([k for k in numbers if k not in others], dtype=int)
         times = [(self._change(k, step), k) for k in self._restless(step, *path, held)]
         for k, search in self._flights(step, nodes, end, free):
             times.append((self._closing(k, first_part(search), step), k))
-        guard = self._changes.contact_guard
-        return [Crossing(time, guard(k)) for time, k in times if time is not None]
+        guard, short = self._changes.contact_guard, list[Crossing]()
+        for k, paths in self._ropes(step, end):
+            if k not in held:
+                times.append((self._closing(k, first_part(RopeFlight(*paths)), step), k))
+            short += self._shrinking(k, step, paths[0])
+        return [*short, *(Crossing(time, guard(k)) for time, k in times if time is not None)]
+
+    def _ropes(self, step: Step, end: TreeState) -> Iterator[tuple[int, RopePaths]]:
+        """Ropes over points, and how they are at the nodes of a step."""
+        if not self._contacts.pieces:
+            return
+        nodes = self._exact_nodes(step, end)
+        t = np.asarray(nodes.t)
+        for k, pieces in self._contacts.pieces.items():
+            rope, (place, rate) = self._contacts.all[k], pieces.path(nodes)
+            assert isinstance(rope, RopeContact)
+            length = rope.free_length.values(t), step.h * rope.free_length.rates(t)
+            yield k, ((place.T, step.h * rate.T), length)
+
+    def _shrinking(self, k: int, step: Step, paths: Path) -> Iterator[Crossing]:
+        """Where pieces of a rope become too short within a step."""
+        rope = self._contacts.all[k]
+        assert isinstance(rope, RopeContact)
+        glimpse = self._contacts.group((k,)).shapes.glimpse(0)
+        for path in zip(*paths, strict=True):
+            part = first_part(Flight(glimpse, rope.shortest, path, 1.0))
+            if part is not None:
+                guard = self._changes.short_guard(rope.name)
+                yield Crossing(step.t + part * step.h, guard)
 
     def _closing(self, k: int, part: float | None, step: Step) -> float | None:
         """Instant (s) of an event of contact k after a part of the step, by the state there.
@@ -657,10 +690,7 @@ class EventFinder:
         near = free[(sides * gap <= way) & ~passes]
         if not len(near):
             return
-        # The last round of the iteration moved the stages a little, by more than a gap is rounded.
-        times = step.t + step.h * step.method.c[:-1]
-        within = self.model.states(times, *step.at(times))
-        exact = self._at_nodes(within, end)
+        exact = self._exact_nodes(step, end)
         paths = zip(*self._places(step.h, exact, near), strict=True)
         for k, flown in zip(near.tolist(), paths, strict=True):
             glimpse, feature = (
@@ -668,6 +698,14 @@ class EventFinder:
                 self._contacts.all[k].feature,
             )
             yield k, Flight(glimpse, feature, flown, self._way(k))
+
+    def _exact_nodes(self, step: Step, end: TreeState) -> Poses:
+        """Parts at the nodes of a step.
+
+        The last round of the iteration moved the stages a little, by more than a gap is rounded.
+        """
+        times = step.t + step.h * step.method.c[:-1]
+        return self._at_nodes(self.model.states(times, *step.at(times)), end)
 
     def _places(
         self, h: float, nodes: Poses, which: IndexArray
@@ -721,7 +759,7 @@ class EventFinder:
         if self.presses(k) and k in self._contacts.rigid:
             q, v = step.at(np.array([t]))
             at = self.model.evaluate(t, q[0], v[0]).kept
-            inside = self._contacts.touch(k, at.state.x, at.state.v).inside
+            inside = self._contacts.touch(k, at.state.x, at.state.v, at.t).inside
             return min(float(at.pushes[k, 0]), inside)
         touch = self._touch(k, step, t)
         pressed = self._contacts.pressed_by(k, touch)
@@ -730,7 +768,7 @@ class EventFinder:
 
     def _touch(self, k: int, step: Step, t: float) -> Touch:
         at = self._at(step, t)
-        return self._contacts.touch(k, at.x, at.v)
+        return self._contacts.touch(k, at.x, at.v, at.t)
 
     def _way(self, k: int) -> float:
         """Behind a face the gap is that to its back."""

@@ -126,12 +126,16 @@ class Rates(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """Coordinates and speeds (..., links), and where the links are then, and how they move."""
+    """Coordinates and speeds (..., links), and where the links are then, and how they move.
+
+    `t` (...) are the instants, s.
+    """
 
     x: FloatArray
     v: FloatArray
     places: Places
     rates: Rates
+    t: FloatArray | float = 0.0
 
 
 class LinkKinematics:
@@ -172,10 +176,10 @@ class LinkKinematics:
         slid = at.slide * (v + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above, spin)
 
-    def moving(self, x: FloatArray, v: FloatArray) -> Moving:
-        """Look at coordinates and speeds (..., links)."""
+    def moving(self, x: FloatArray, v: FloatArray, t: FloatArray | float = 0.0) -> Moving:
+        """Look at coordinates and speeds (..., links) at instants (...) s."""
         at = self.places(x)
-        return Moving(x, v, at, self.rates(at, x, v))
+        return Moving(x, v, at, self.rates(at, x, v), t)
 
     def bends(self, at: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray) -> Rates:
         """Second derivatives at accelerations (..., links)."""
@@ -223,8 +227,8 @@ class Points:
 
 def poses(moving: Moving) -> Poses:
     """Return the links as contacts ask for them."""
-    _, _, at, rates = moving
-    return Poses(at.origin, at.axis, at.angle, rates.origin, rates.angle, rates.spin)
+    _, _, at, rates, t = moving
+    return Poses(at.origin, at.axis, at.angle, rates.origin, rates.angle, rates.spin, t)
 
 
 def motions(

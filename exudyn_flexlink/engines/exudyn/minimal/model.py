@@ -200,8 +200,9 @@ class MinimalModel:
         acting, push = self.contacts.acting(self.touches.pressing), None
         if acting is not None:
             approach = self.touches.approach[acting.which]
-            push = acting.push(self.kinematics.moving(state.x, state.v), approach)
+            push = acting.push(self.kinematics.moving(state.x, state.v, t), approach)
             force += push.force
+            supply = supply + push.supply
             pushes[:, acting.which, 0], pushes[:, acting.which, 1] = push.press, push.power
             touching = np.empty((len(t), acting.scene_count, 2))
             touching[..., 0] = push.look.gap[:, : acting.scene_count]

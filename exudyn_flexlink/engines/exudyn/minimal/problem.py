@@ -47,6 +47,7 @@ LARGEST_TURN = 1.0
 # Of a rigid contact's largest reaction in the last step: one that is so little below zero is zero.
 PULLS = 1e-6
 GIVE_WAY = "a law with stiffness"
+NO_PIECE = "end the run before two neighbours of the rope meet, or keep them apart by a stop"
 NO_HELD_SPEED = ", or a torque in place of a drive that holds a speed"
 
 
@@ -296,6 +297,10 @@ class MinimalProblem:
             return PairGuard(self, k)
         return RigidGuard(self, k) if k in self.model.rigid.all else ContactGuard(self, k)
 
+    def short_guard(self, rope: str) -> Guard:
+        """A piece of a rope over points has no length left: the run ends."""
+        return ShortGuard(self, rope)
+
     def next_piece(self, point: Followed, way: int, time: float) -> None:
         """Go on along the next piece of a curve or a table; where there is none, the run stops."""
         before = point.walls if isinstance(point, LapFollower) else []
@@ -386,6 +391,19 @@ class PieceGuard(Guard):
     def cross(self, time: float) -> None:
         """Go on along the next piece."""
         self.problem.next_piece(self.point, self.way, time)
+
+
+@dataclass(frozen=True)
+class ShortGuard(Guard):
+    """A piece of a rope over points has no length left, and so no direction."""
+
+    problem: MinimalProblem
+    rope: str
+
+    def cross(self, time: float) -> None:  # noqa: ARG002
+        """End the run."""
+        self.problem.stop_reason = f"a piece of the rope '{self.rope}' has shrunk to length 0"
+        self.problem.stop_advice = NO_PIECE
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from exudyn_flexlink.engines.recording import Kept, push_of
 from exudyn_flexlink.mechanism import (
     GROUND,
     Contact,
+    RopeContact,
     force_at,
     left_of,
     line_of,
@@ -175,9 +176,10 @@ class JointForces:
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = contacts[k], pressed[:, k]
             at = self.moved.poses[rows], self.moved.rates[rows]
-            push = np.zeros((len(rows), 2))
-            push[rows] = push_of(contact, *at, self.kept.press[rows, k])
-            points.append((contact, push))
+            for piece in contact.pieces if isinstance(contact, RopeContact) else (contact,):
+                push = np.zeros((len(rows), 2))
+                push[rows] = push_of(piece, *at, self.kept.press[rows, k])
+                points.append((piece, push))
         return points
 
     def torques(self) -> dict[str, FloatArray]:

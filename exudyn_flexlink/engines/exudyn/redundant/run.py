@@ -43,6 +43,7 @@ from exudyn_flexlink.mechanism import (
     FlatContact,
     Motor,
     Pin,
+    RopeContact,
     Slide,
     TurnStop,
     Weld,
@@ -319,7 +320,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
     contacts = []
     for i, (contact, resolution) in enumerate(zip(mechanism.touching, resolved, strict=False)):
         # `prepare` refuses them
-        assert not isinstance(contact, (CurveContact, FlatContact, TurnStop))
+        assert not isinstance(contact, (CurveContact, FlatContact, RopeContact, TurnStop))
         contacts.append(ContactItem(system, contact, i, resolution))
     for channel, resolution in zip(mechanism.channels, resolved[count:], strict=True):
         for pair in channel.contacts:
