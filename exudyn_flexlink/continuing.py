@@ -22,6 +22,7 @@ from exudyn_flexlink.mechanism import (
     CLOSED,
     Assembly,
     Slot,
+    approach,
     build_mechanism,
     closest,
     motor_place,
@@ -30,7 +31,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import Checks, FrictionHistory, Result, later
-from exudyn_flexlink.scene import FrozenMapping, Initial, Run, Scene, Spring
+from exudyn_flexlink.scene import Flank, FrozenMapping, Initial, Joint, Run, Scene, Spring
 
 BESIDE = 1e-6  # of a curve's size: nearer to its seam, rounding decides on the side
 DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
@@ -75,7 +76,23 @@ def _going_on(result: Result, k: int) -> Scene:
         laps=FrozenMapping(laps),
         clock=result.scene.initial.clock + time,
     )
-    return result.scene.changed(initial=initial, springs=springs_as_assembled(result.scene))
+    joints = _meshing_as(assembly, result.scene, state[:, :3])
+    springs = springs_as_assembled(result.scene)
+    return result.scene.changed(initial=initial, joints=joints, springs=springs)
+
+
+def _meshing_as(assembly: Assembly, scene: Scene, q: FloatArray) -> dict[str, Joint]:
+    """Joints of a scene that starts at coordinates (parts, 3) of another start, in the same play.
+
+    The `assembly` is that of the scene as it is.
+    """
+    joints = dict(scene.joints)
+    for contact in assembly.mechanism.contacts:
+        stop = scene.stops.get(contact.name)
+        if isinstance(stop, Flank) and stop.end == "to":
+            x = stop.at - float(approach(contact, q, np.zeros_like(q)).gap)
+            joints[stop.joint] = joints[stop.joint].model_copy(update={"start": x})
+    return joints
 
 
 def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, float], float]:
@@ -125,7 +142,8 @@ def moved(scene: Scene, state: FloatArray) -> Scene:
     states = {body: _rows(whole[list(parts)]) for body, parts in mechanism.bodies.items()}
     laps = _laps_near(assembly, q)
     update = {"states": FrozenMapping(states), "laps": FrozenMapping(laps)}
-    return scene.changed(initial=given.model_copy(update=update))
+    joints = _meshing_as(assembly, scene, q)
+    return scene.changed(initial=given.model_copy(update=update), joints=joints)
 
 
 def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:

@@ -9,8 +9,10 @@ from exudyn_flexlink.mechanism.assembly import (
     beyond_redundant,
 )
 from exudyn_flexlink.mechanism.build import (
+    ToothPush,
     build_curves,
     build_mechanism,
+    flank_pushes,
     tooth_pushes,
     without_teeth,
 )
@@ -101,9 +103,9 @@ from exudyn_flexlink.mechanism.model import (
     Slide,
     Sliding,
     Slot,
+    SumStop,
     TorqueMotor,
     Turning,
-    TurnStop,
     Until,
     Weld,
     deepest_allowed,

@@ -27,19 +27,23 @@ from exudyn_flexlink.mechanism.constraints import (
     along_slides,
     along_slots,
     constraint_rows,
+    summed,
     turning,
 )
 from exudyn_flexlink.mechanism.dynamics import accelerations, constraints_at, length_of, started
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
 from exudyn_flexlink.mechanism.model import (
+    Contact,
     LinearSpring,
     Mechanism,
     Pin,
     RotarySpring,
     Slide,
+    SumStop,
 )
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.scene import (
+    Flank,
     HertzLaw,
     ImpulseLaw,
     LineOnCurve,
@@ -123,6 +127,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         mechanism,
         springs=tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
         linear_springs=tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
+        contacts=tuple(_meshed(contact, q) for contact in mechanism.contacts),
     )
     if start.states is not None:
         v = _closest_speeds(mechanism, q, places, start.states[:, 3:])
@@ -162,6 +167,13 @@ def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
     length = length_of(spring, q)
     law = None if spring.law is None else replace(spring.law, start=length)
     return replace(spring, length=length if spring.length is None else spring.length, law=law)
+
+
+def _meshed(contact: Contact, q: FloatArray) -> Contact:
+    """Count the bound of a gear's flank from where the gear is as assembled."""
+    if not isinstance(contact, SumStop) or contact.gear is None:
+        return contact
+    return replace(contact, bound=contact.bound + float(summed(contact, q)))
 
 
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
@@ -382,5 +394,7 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
         elif getattr(spring, key) is not None:
             yield ("springs", name, key), "linear springs alone"
     for stop in scene.stops.values():
-        if stop.turns or getattr(stop.law, "restitution", None) is None:
+        if isinstance(stop, Flank):
+            yield stop.path, "no gears with backlash"
+        elif stop.turns or getattr(stop.law, "restitution", None) is None:
             yield stop.path, f"no stops {'of hinges' if stop.turns else 'with a damper'}"

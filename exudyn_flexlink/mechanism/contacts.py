@@ -222,3 +222,9 @@ def approach(contact: Contact, q: FloatArray, v: FloatArray) -> Approach:
     """Gap, place, rates and directions at coordinates and velocities (..., parts, 3)."""
     look = ContactShapes((contact,)).look(poses_of(q, v)).of(0)
     return Approach(*look.seen, vectors(look.normal), vectors(look.along), look.grip)
+
+
+def gradient(contact: Contact, q: FloatArray) -> FloatArray:
+    """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
+    units = np.eye(q.size).reshape(-1, *q.shape)
+    return approach(contact, q, units).gap_rate

@@ -172,7 +172,7 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ..
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
     for stop in scene.stops.values():
-        yield stop.path, "no stops of joints"
+        yield stop.path, f"no {stop.noun}"
     for kind, lacks in (
         (WeldJoint, "no welds"),
         (GearJoint | BeltJoint, "no gears"),

@@ -44,7 +44,7 @@ from exudyn_flexlink.mechanism import (
     Motor,
     Pin,
     Slide,
-    TurnStop,
+    SumStop,
     Weld,
     beyond_redundant,
     end_of_run,
@@ -319,7 +319,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
     contacts = []
     for i, (contact, resolution) in enumerate(zip(mechanism.touching, resolved, strict=False)):
         # `prepare` refuses them
-        assert not isinstance(contact, (CurveContact, FlatContact, TurnStop))
+        assert not isinstance(contact, (CurveContact, FlatContact, SumStop))
         contacts.append(ContactItem(system, contact, i, resolution))
     for channel, resolution in zip(mechanism.channels, resolved[count:], strict=True):
         for pair in channel.contacts:
