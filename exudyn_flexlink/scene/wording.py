@@ -101,6 +101,7 @@ OTHER_WORDS: dict[str, str] = {
     "internal": "ring inner annulus",
     "radii": "radius diameters r curvature",
     "clearance": "gap play backlash",
+    "backlash": "lash play clearance gap tooth_play free_play lost_motion",
     "link": "rod slider",
     "joint": "at on joints",
     "stiffness": "k spring_constant spring_rate",
