@@ -3,7 +3,7 @@
 Every part has three coordinates: position x, y of its own origin and its angle (the origin of a
 rod is its start, its x-axis points to its end). An anchor is a point of a part in the part's axes,
 or a point of the ground. Both engines, and the checks that need none, read this one description.
-Contacts are a point and a face or a curve, two circles, a hinge and its stop, a link and its guide.
+Contacts are a point and a face or a curve, two circles, joints at a stop, a link and its guide.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Where contacts are, in which directions they act, and how near they come: a class for each shape.
 
-A shape is a point against a face or a curve, a straight face on a curve, two circles, or a hinge
-and its stop. Each class looks at many contacts and many instants at once, by the poses of parts.
+A shape is a point against a face or a curve, a straight face on a curve, two circles, or joints
+at their stop. Each class looks at many contacts and many instants at once, by the poses of parts.
 Laws, states and events are the same for all shapes.
 
 Vectors in the plane are complex numbers. With C the point of the first part, S that of the second,
