@@ -246,7 +246,7 @@ class ContactGroup:
         self._moved, self._second = first - second, second
         self._turns = self._moved * tree.kinematics.hinge
         stops = [tree.stop_row(contact) for contact in self.contacts]
-        self._stopped = np.array(stops).reshape(-1, len(tree.layout.links))
+        self._stopped = np.array(stops).reshape(len(stops), len(tree.layout.links))
         self._friction, self._slip_speed = rubbing(self.contacts)
         self._rubs = np.array(
             [contact.friction is not None for contact in self.contacts], dtype=bool
