@@ -23,6 +23,7 @@ from exudyn_flexlink.mechanism import (
     CLOSED,
     Assembly,
     Slot,
+    approach,
     build_mechanism,
     closest,
     mass_blocks,
@@ -43,8 +44,10 @@ from exudyn_flexlink.result import (
     later,
 )
 from exudyn_flexlink.scene import (
+    Flank,
     FrozenMapping,
     Initial,
+    Joint,
     PrismaticJoint,
     Run,
     Scene,
@@ -113,7 +116,23 @@ def _going_on_in(result: Result, k: int) -> Scene:
         laps=FrozenMapping(laps),
         clock=result.scene.initial.clock + time,
     )
-    return result.scene.changed(initial=initial, springs=springs_as_assembled(result.scene))
+    joints = _meshing_as(assembly, result.scene, state[:, :3])
+    springs = springs_as_assembled(result.scene)
+    return result.scene.changed(initial=initial, joints=joints, springs=springs)
+
+
+def _meshing_as(assembly: Assembly, scene: Scene, q: FloatArray) -> dict[str, Joint]:
+    """Joints of a scene that starts at coordinates (parts, 3) of another start, in the same play.
+
+    The `assembly` is that of the scene as it is.
+    """
+    joints = dict(scene.joints)
+    for contact in assembly.mechanism.contacts:
+        stop = scene.stops.get(contact.name)
+        if isinstance(stop, Flank) and stop.end == "to":
+            x = stop.at - float(approach(contact, q, np.zeros_like(q)).gap)
+            joints[stop.joint] = joints[stop.joint].model_copy(update={"start": x})
+    return joints
 
 
 def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, float], float]:
@@ -260,7 +279,8 @@ def moved(scene: Scene, state: FloatArray) -> Scene:
     states = {body: _rows(whole[list(parts)]) for body, parts in mechanism.bodies.items()}
     laps = _laps_near(assembly, q)
     update = {"states": FrozenMapping(states), "laps": FrozenMapping(laps)}
-    return scene.changed(initial=given.model_copy(update=update))
+    joints = _meshing_as(assembly, scene, q)
+    return scene.changed(initial=given.model_copy(update=update), joints=joints)
 
 
 def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:

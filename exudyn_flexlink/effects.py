@@ -17,11 +17,12 @@ def idealise(scene: Scene, without: Iterable[str]) -> Scene:
     """Return the scene without some of its effects; what it does not have stays away.
 
     - ``clearance``: sleeves, revolute joints and slots are ideal: the link slides on its guide's
-      axis, the journal stays in the middle of its bearing, the pin on its curve.
+      axis, the journal stays in the middle of its bearing, the pin on its curve, and gears have no
+      backlash.
     - ``flexibility``: flexible bodies are rigid rods of the same length, mass and section.
     - ``impact``: contacts and limits of joints go, and the bodies that are there only to be struck,
-      with their joints, springs and initial values. Walls and bearings stay: they go with the
-      clearance.
+      with their joints, springs and initial values. Walls, bearings and flanks of gears stay: they
+      go with the clearance.
     - ``friction``: contacts, walls, bearings and joints are smooth.
     - ``damping``: hinges and springs lose nothing, those by a formula have 0 for its ``rate``;
       contacts and walls keep their restitution, as part of the impact.
@@ -55,6 +56,8 @@ def _changed(parts: Mapping[str, Any], change: Callable[[Any], Any]) -> dict[str
 
 
 def _ideal(joint: specs.Joint) -> specs.Joint:
+    if isinstance(joint, specs.GearJoint) and joint.backlash > 0:
+        return joint.model_copy(update={"backlash": 0.0, "start": 0.0, "law": None})
     played = (specs.SleeveJoint, specs.RevoluteJoint, specs.SlotJoint)
     if not isinstance(joint, played) or joint.clearance == 0:
         return joint
@@ -238,7 +241,12 @@ NO_STIFFNESS = (
 
 
 def _limited(joint: specs.Joint, law: specs.ImpulseLaw | None) -> specs.Joint:
-    """Return a joint with another law of its limits, if it has some; None: without limits."""
+    """Return a joint with another law of its limits, if it has some; None: without limits.
+
+    A gear has one of its flanks.
+    """
+    if isinstance(joint, specs.GearJoint):
+        return joint if law is None else joint.model_copy(update={"law": law})
     limits = getattr(joint, "limits", None)
     if limits is None:
         return joint

@@ -100,7 +100,7 @@ def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
     """Racks whose slide minimal coordinates do not have."""
     mechanism = assembly.mechanism
     slides = {
-        tie.slide.name: gear.name for gear in mechanism.gears for tie in gear.ties if tie.slide
+        tie.slide.name: gear.name for gear in mechanism.all_gears for tie in gear.ties if tie.slide
     }
     if not slides or formulation(scene) != "minimal":
         return []

@@ -429,6 +429,50 @@ class Quantity:
         return {"anyOf": forms, "description": unit, "$comment": unit}
 
 
+class Measured(float):
+    """A number whose unit told which of several dimensions is meant."""
+
+    dimension: Measure
+
+    def __new__(cls, dimension: Measure, value: float) -> Measured:
+        """Keep the dimension with the value in SI."""
+        number = super().__new__(cls, value)
+        number.dimension = dimension
+        return number
+
+    def __getnewargs__(self) -> tuple[Measure, float]:  # type: ignore[override]
+        """Return what copies are made of."""
+        return self.dimension, float(self)
+
+
+class OfGear(Quantity):
+    """Annotation of a quantity of what a gear turns, or of the rack that it moves.
+
+    Which of both is meant another part tells; a unit has to fit that.
+    """
+
+    def read(self, value: object) -> float | str:
+        """Return a number in SI, one that knows its dimension where a unit tells it."""
+        if not isinstance(value, str):
+            return super().read(value)
+        meant, of_rack = self.dimension, OF_RACK[self.dimension]
+        try:
+            number = to_si(value, of_rack)
+            meant = of_rack
+        except PydanticCustomError:
+            number = to_si(value, meant, (of_rack.words,))
+        return Measured(meant, float(super().read(number)))
+
+
+OF_RACK: dict[Measure, Dimension] = {
+    Dimension.ANGLE: Dimension.LENGTH,
+    Dimension.TORSIONAL_STIFFNESS: Dimension.STIFFNESS,
+    Dimension.TORSIONAL_DAMPING: Dimension.DAMPING,
+    Dimension.ANGULAR_SPEED: Dimension.SPEED,
+}
+"""Dimensions of a slide, by those of a hinge."""
+
+
 class StiffnessOfPower(Quantity):
     """Annotation of K in K d^n, in N/m^n; n is the key `exponent` of its part, declared before."""
 

@@ -93,6 +93,7 @@ MECHANISMS = (
     "hard/dome",
     "hard/kinked_drive",
     "hard/slow_train",
+    "hard/rattle",
     "reference/four_bar",
     "reference/drives",
     "reference/circles",

@@ -109,6 +109,12 @@ CHANGES = {
         "joints.mesh={type: gear, joints: [hub, axle], teeth: [20, 40]}",
         "joints.strap={type: belt, joints: [crank, hub], radii: [0.1, 0.2]}",
     ],
+    "`gear` with `backlash`": [
+        *PAIR,
+        "joints.axle={type: revolute, points: [ground, other.o], at: [2, 0]}",
+        "joints.mesh={type: gear, joints: [hub, axle], ratio: 2, backlash: 0.01}",
+        "joints.mesh.law={type: impulse, restitution: 0.5}",
+    ],
     "`gear` with a rack": [*PAIR, f"{SLIDE}}}", RACK],
     "`gear` with a rack on a moving body": [
         *PAIR,

@@ -116,7 +116,7 @@ def with_stiffer_contacts(scene: Scene) -> Scene | None:
 
 def _stiffer_joint(joint: Joint) -> Joint:
     """Return a joint with stiffer walls, if it has some that press, and stiffer stops."""
-    if getattr(joint, "acting", None):
+    if getattr(joint, "acting", None) or getattr(joint, "backlash", 0.0) > 0:
         joint = _stiffer(joint)
     limits = getattr(joint, "limits", None)
     return joint.model_copy(update={"limits": _stiffer(limits)}) if limits else joint

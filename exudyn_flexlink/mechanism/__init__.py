@@ -7,10 +7,13 @@ from exudyn_flexlink.mechanism.assembly import (
     always_redundant,
     assemble,
     beyond_redundant,
+    runs_for_minimal,
 )
 from exudyn_flexlink.mechanism.build import (
+    ToothPush,
     build_curves,
     build_mechanism,
+    flank_pushes,
     tooth_pushes,
     without_teeth,
 )
@@ -103,9 +106,9 @@ from exudyn_flexlink.mechanism.model import (
     Slide,
     Sliding,
     Slot,
+    SumStop,
     TorqueMotor,
     Turning,
-    TurnStop,
     Until,
     Weld,
     deepest_allowed,

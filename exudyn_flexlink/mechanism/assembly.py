@@ -28,6 +28,7 @@ from exudyn_flexlink.mechanism.constraints import (
     along_slides,
     along_slots,
     constraint_rows,
+    summed,
     turning,
 )
 from exudyn_flexlink.mechanism.contacts import approach
@@ -48,10 +49,12 @@ from exudyn_flexlink.mechanism.model import (
     RopeContact,
     RotarySpring,
     Slide,
+    SumStop,
 )
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.scene import (
+    Flank,
     HertzLaw,
     ImpulseLaw,
     LineOnCurve,
@@ -136,7 +139,7 @@ def assemble(mechanism: Mechanism, start: Start) -> Assembly:
         mechanism,
         springs=tuple(_turned_at_rest(spring, q) for spring in mechanism.springs),
         linear_springs=tuple(_long_at_rest(spring, q) for spring in mechanism.linear_springs),
-        contacts=tuple(_spanned(contact, q) for contact in mechanism.contacts),
+        contacts=tuple(_meshed(_spanned(contact, q), q) for contact in mechanism.contacts),
     )
     if start.states is not None:
         v = _closest_speeds(mechanism, q, places, start.states[:, 3:])
@@ -184,6 +187,13 @@ def _spanned(contact: Contact, q: FloatArray) -> Contact:
         return contact
     gaps = [approach(piece, q, np.zeros_like(q)).gap for piece in contact.pieces]
     return replace(contact, free_length=Ramp(-float(sum(gaps))))
+
+
+def _meshed(contact: Contact, q: FloatArray) -> Contact:
+    """Count the bound of a gear's flank from where the gear is as assembled."""
+    if not isinstance(contact, SumStop) or contact.gear is None:
+        return contact
+    return replace(contact, bound=contact.bound + float(summed(contact, q)))
 
 
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
@@ -385,6 +395,15 @@ def _joints_for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
             yield ("joints", name, "freewheel"), "no freewheels"
 
 
+def runs_for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
+    """How a run may begin or end in minimal coordinates alone, and what others lack for it."""
+    path, until = scene.ending
+    if until is not None:
+        yield path, "no end at a formula"
+    if scene.initial.pressing:
+        yield ("initial", "pressing"), "no start that presses"
+
+
 def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     """Where a scene has what minimal coordinates alone know, and what Exudyn has of it."""
     for name, law in scene.laws.items():
@@ -397,11 +416,7 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
     ]
     yield from ((("contacts", name), "no contacts on curves") for name in curved)
     yield from _joints_for_minimal(scene)
-    path, until = scene.ending
-    if until is not None:
-        yield path, "no end at a formula"
-    if scene.initial.pressing:
-        yield ("initial", "pressing"), "no start that presses"
+    yield from runs_for_minimal(scene)
     for name, spring in scene.springs.items():
         key = "torque" if isinstance(spring, TorsionalSpring) else "force"
         if name in scene.ropes:
@@ -410,5 +425,7 @@ def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
         elif getattr(spring, key) is not None:
             yield ("springs", name, key), "linear springs alone"
     for stop in scene.stops.values():
-        if stop.turns or getattr(stop.law, "restitution", None) is None:
+        if isinstance(stop, Flank):
+            yield stop.path, "no gears with backlash"
+        elif stop.turns or getattr(stop.law, "restitution", None) is None:
             yield stop.path, f"no stops {'of hinges' if stop.turns else 'with a damper'}"

@@ -70,9 +70,9 @@ from exudyn_flexlink.mechanism.model import (
     Slide,
     Sliding,
     Slot,
+    SumStop,
     TorqueMotor,
     Turning,
-    TurnStop,
     Until,
     Weld,
 )
@@ -116,23 +116,25 @@ COAXIAL = 1e-9  # of how far two axes are from the arm's origin: nearer ones are
 
 
 def build_gears(bodies: Bodies) -> Iterator[Gear]:
-    """Return the gears, racks and belts of a scene, in its order."""
+    """Return the gears, racks and belts of a scene, in its order; those with play are stops."""
+    for name, spec in bodies.scene.joints.items():
+        if isinstance(spec, GearJoint | BeltJoint) and not getattr(spec, "backlash", 0.0):
+            yield _gear(bodies, name, spec)
+
+
+def _gear(bodies: Bodies, name: str, spec: GearJoint | BeltJoint) -> Gear:
     joints = bodies.scene.joints
-    for name, spec in joints.items():
-        if not isinstance(spec, GearJoint | BeltJoint):
-            continue
-        arm, meshes = meshes_of(joints, spec)
-        first_tie, second_tie = (_geared(bodies, arm, mesh) for mesh in meshes)
-        first, second = spec.weights((joints[spec.joints[0]], joints[spec.joints[1]]))
-        first, second = first * first_tie.side, second * second_tie.side
-        if isinstance(spec, BeltJoint):
-            yield Gear(name, (first_tie, second_tie), (first, second), spec.radii, meshes=False)
-            continue
-        radii, beyond = _radii(spec, first_tie, second_tie), 1.0
-        if spec.radius is None and radii[0]:
-            first, second = radii[0] * first, radii[0] * second
-            beyond = -1.0 if spec.internal and spec.turns > 1 else 1.0
-        yield Gear(name, (first_tie, second_tie), (first, second), radii, beyond=beyond)
+    arm, meshes = meshes_of(joints, spec)
+    first_tie, second_tie = (_geared(bodies, arm, mesh) for mesh in meshes)
+    first, second = spec.weights((joints[spec.joints[0]], joints[spec.joints[1]]))
+    first, second = first * first_tie.side, second * second_tie.side
+    if isinstance(spec, BeltJoint):
+        return Gear(name, (first_tie, second_tie), (first, second), spec.radii, meshes=False)
+    radii, beyond = _radii(spec, first_tie, second_tie), 1.0
+    if spec.radius is None and radii[0]:
+        first, second = radii[0] * first, radii[0] * second
+        beyond = -1.0 if spec.internal and spec.turns > 1 else 1.0
+    return Gear(name, (first_tie, second_tie), (first, second), radii, beyond=beyond)
 
 
 def _geared(bodies: Bodies, arm: str, mesh: Mesh) -> Geared:
@@ -210,6 +212,18 @@ def tooth_pushes(
     return all_pushes
 
 
+def flank_pushes(
+    contacts: Iterable[Contact], presses: Mapping[str, FloatArray], q: FloatArray
+) -> list[ToothPush]:
+    """As `tooth_pushes`, of the flanks of gears with play among contacts that press (n,)."""
+    pushes = []
+    for flank in contacts:
+        if isinstance(flank, SumStop) and flank.gear is not None and flank.name in presses:
+            forces = {flank.gear.name: flank.tooth_force(presses[flank.name])}
+            pushes += tooth_pushes([flank.gear], forces, q)
+    return pushes
+
+
 def _across(gear: Gear, q: FloatArray) -> FloatArray:
     """Directions (n, 2) left of the line from the first gear's axis to the second's."""
     first, second = (anchor_position(tie.far, q) for tie in gear.ties)
@@ -232,11 +246,18 @@ FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
 
 
 def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
-    """Return a hinge's stop, or a face across a slide at a length of it."""
+    """Return a hinge's stop, a gear's flank, or a face across a slide at a length of it."""
     way, law = 1.0 if spec.end == "from" else -1.0, pressing_law(bodies.scene, spec.law)
     joint = bodies.scene.joints[spec.joint]
+    if isinstance(joint, GearJoint):
+        gear = _gear(bodies, spec.joint, joint)
+        first, second = gear.weights
+        side = gear.ties[-1].side
+        weights = first / second * side, side
+        return SumStop(name, gear.ties, weights, spec.at - joint.start, way, law, gear)
     if isinstance(joint, RevoluteJoint):
-        return TurnStop(name, *bodies.ends(joint), spec.at, way, law)
+        tie = Geared(*bodies.ends(joint), None, ())
+        return SumStop(name, (tie,), (1.0,), spec.at, way, law)
     face = _face_across(bodies, bodies.slide(spec.joint), spec.at)
     return FaceContact(name, *face, -way, law, across=True)
 

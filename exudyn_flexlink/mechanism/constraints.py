@@ -30,6 +30,7 @@ from exudyn_flexlink.mechanism.model import (
     Slide,
     Sliding,
     Slot,
+    SumStop,
     Turning,
     Weld,
 )
@@ -87,6 +88,15 @@ def length_along(slide: Slide, q: FloatArray) -> FloatArray:
     """How far (...) a slide's second anchor is from its first along its line, m."""
     between = anchor_position(slide.second, q) - anchor_position(slide.first, q)
     return np.asarray(np.sum(line_of(slide, q) * between, axis=-1))
+
+
+def summed(stop: SumStop, q: FloatArray) -> FloatArray:
+    """Sum (...,) of angles and lengths that a stop bounds, rad or m."""
+    total = np.zeros(q.shape[:-2])
+    for tie, weight in stop.terms:
+        reached = turning(*tie.parts, q) if tie.slide is None else length_along(tie.slide, q)
+        total = total + weight * reached
+    return total
 
 
 def speed_along(slide: Slide, q: FloatArray, v: FloatArray) -> FloatArray:

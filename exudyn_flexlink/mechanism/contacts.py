@@ -234,3 +234,9 @@ def approach(
     """Gap, place, rates and directions at coordinates and velocities (..., parts, 3), at t (s)."""
     look = ContactShapes((contact,)).look(poses_of(q, v, t)).of(0)
     return Approach(*look.seen, vectors(look.normal), vectors(look.along), look.grip)
+
+
+def gradient(contact: Contact, q: FloatArray) -> FloatArray:
+    """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
+    units = np.eye(q.size).reshape(-1, *q.shape)
+    return approach(contact, q, units).gap_rate

@@ -30,6 +30,7 @@ from exudyn_flexlink.mechanism.constraints import (
     turned,
     turning,
 )
+from exudyn_flexlink.mechanism.contacts import gradient
 from exudyn_flexlink.mechanism.least_motion import LeastMotion
 from exudyn_flexlink.mechanism.model import (
     GROUND,
@@ -43,7 +44,7 @@ from exudyn_flexlink.mechanism.model import (
     RopeContact,
     RotarySpring,
     Slide,
-    TurnStop,
+    SumStop,
 )
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (
@@ -395,13 +396,12 @@ def contact_mass(
 
     ``1 / (largest mobility of the first body's anchors + that of the second's)``, with every joint
     kept, and whatever the direction. It bounds the duration of an impact from below, so the step.
-    At a hinge's stop it is the inertia (kg m^2) that both oppose to its torque.
+    At a hinge's stop, and a gear's flank, it is the inertia (kg m^2) that they oppose to a torque.
     """
-    if isinstance(contact, TurnStop):
-        row = np.zeros(q.shape)
-        _add_torque(row, contact.first.part, contact.second.part, 1.0)
-        turns = motions_by_mass(mechanism, q, places).nearest(row.ravel())
-        return 1.0 / max(float((row * turns).sum()), 1e-300)
+    if isinstance(contact, SumStop):
+        row = gradient(contact, q)
+        moves = motions_by_mass(mechanism, q, places).nearest(row)
+        return 1.0 / max(float(row @ moves.ravel()), 1e-300)
     first, second = contact.anchors
     if isinstance(contact, RopeContact):
         first, second = contact.over, ()

@@ -23,7 +23,7 @@ import numpy as np
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism.assembly import Assembly, State, standing_at, without_play
-from exudyn_flexlink.mechanism.build import tooth_pushes, without_teeth
+from exudyn_flexlink.mechanism.build import flank_pushes, tooth_pushes, without_teeth
 from exudyn_flexlink.mechanism.closing import (
     CLOSED,
     CannotAssembleError,
@@ -43,7 +43,7 @@ from exudyn_flexlink.mechanism.constraints import (
     slot_point,
     speed_along,
 )
-from exudyn_flexlink.mechanism.contacts import approach, pressed_among
+from exudyn_flexlink.mechanism.contacts import approach, gradient, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
 from exudyn_flexlink.mechanism.least_motion import (
     NOTHING,
@@ -136,7 +136,10 @@ class Rest:
         pushes = self.joints.slopes[:, 1, :2] * self.multipliers[:, None]
         kinds, mechanism = ("revolute", "weld", "slide", "slot"), self.assembly.mechanism
         carried = {name: np.array([force]) for name, force in self.gears.items()}
-        teeth = tooth_pushes(mechanism.gears, carried, self.assembly.state.q[None])
+        q = self.assembly.state.q[None]
+        presses = {name: np.array([press]) for name, press in self.presses.items()}
+        teeth = tooth_pushes(mechanism.gears, carried, q)
+        teeth += flank_pushes(mechanism.contacts, presses, q)
         return {
             name: without_teeth(name, pushes[rows].sum(axis=0)[None], teeth)[0]
             for name, rows in self._rows(*kinds)
@@ -372,7 +375,7 @@ class _Search:
             if not isinstance(contact.law, Impulse):
                 at = approach(contact, q, speeds)
                 press = float(contact.law.force(-at.gap, -at.gap_rate, 0.0))
-                forces += press * _gradient(contact, q)
+                forces += press * gradient(contact, q)
                 presses[contact.name] = press
         return forces, presses
 
@@ -480,12 +483,6 @@ def _held(contact: Contact) -> Contact:
     if not isinstance(contact, RopeContact):
         return contact
     return replace(contact, free_length=Ramp(contact.free_length.at(0.0)))
-
-
-def _gradient(contact: Contact, q: FloatArray) -> FloatArray:
-    """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
-    units = np.eye(q.size).reshape(-1, *q.shape)
-    return approach(contact, q, units).gap_rate
 
 
 def _no_rest(mechanism: Mechanism, at: _Look) -> NoRestError:

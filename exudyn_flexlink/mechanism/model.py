@@ -3,8 +3,8 @@
 Every part has three coordinates: position x, y of its own origin and its angle (the origin of a
 rod is its start, its x-axis points to its end). An anchor is a point of a part in the part's axes,
 or a point of the ground. Both engines, and the checks that need none, read this one description.
-Contacts are a point and a face or a curve, two circles, a hinge and its stop, a link and its guide,
-and the points of a rope.
+Contacts are a point and a face or a curve, two circles, joints at a stop, a link and its guide, and
+the points of a rope.
 """
 
 from __future__ import annotations
@@ -260,33 +260,6 @@ class FlatContact(_Pair):
         return (self.start, self.end), _along(self.curve, self.carrier)
 
 
-@dataclass(frozen=True)
-class TurnStop(_Pair):
-    """A hinge that can't turn beyond the angle `bound` (rad): its gap is an angle, as is its depth.
-
-    `way` is +1 if greater angles of the second part against the first are free, -1 if smaller ones
-    are. The law's force is a torque (N m); whole turns count.
-    """
-
-    name: str
-    first: Anchor
-    second: Anchor
-    bound: float
-    way: float
-    law: PressingLaw
-    friction: None = None
-
-    @property
-    def point(self) -> Anchor:
-        """Where the hinge is."""
-        return self.second
-
-    @property
-    def anchors(self) -> Anchors:
-        """Anchors of both parts, where the hinge is."""
-        return (self.second,), (self.first,)
-
-
 SHORTEST_PIECE = 1e-6  # of a rope: where a piece is shorter, it has no direction any more
 
 
@@ -331,9 +304,6 @@ class RopeContact(_Pair):
     def anchors(self) -> Anchors:
         """Its last anchor, then all others."""
         return (self.over[-1],), self.over[-2::-1]
-
-
-Contact = FaceContact | CircleContact | CurveContact | FlatContact | TurnStop | RopeContact
 
 
 @dataclass(frozen=True)
@@ -583,6 +553,54 @@ class Gear:
 
 
 @dataclass(frozen=True)
+class SumStop(_Pair):
+    """A hinge, or a gear with play: angles and lengths by `weights` can't sum up beyond `bound`.
+
+    The sum, its gap and its depth are in units of the last of the `ties`: rad, or m of a slide,
+    and the law's force is a torque (N m), or a force (N). `way` is +1 if greater sums are free, -1
+    if smaller ones are; whole turns count. The flank of a `gear` has its bound from where that
+    starts.
+    """
+
+    name: str
+    ties: tuple[Geared, ...]
+    weights: tuple[float, ...]
+    bound: float
+    way: float
+    law: PressingLaw
+    gear: Gear | None = None
+    friction: None = None
+
+    @property
+    def terms(self) -> list[tuple[Geared, float]]:
+        """Ties with their weights."""
+        return list(zip(self.ties, self.weights, strict=True))
+
+    @property
+    def turns(self) -> bool:
+        """Whether its sum is an angle."""
+        return self.ties[-1].slide is None
+
+    @property
+    def point(self) -> Anchor:
+        """Where the last hinge is, or the last slide."""
+        return self.ties[-1].far
+
+    @property
+    def anchors(self) -> Anchors:
+        """Anchors of both parts, where the hinge is; of a gear those of both wheels."""
+        return (self.point,), (self.ties[0].near if self.gear is None else self.ties[0].far,)
+
+    def tooth_force(self, press: FloatArray) -> FloatArray:
+        """Tangential force of the gear, as `Gear` has it, by what presses (n,): N m, or N."""
+        assert self.gear is not None  # of which flanks are
+        return np.asarray(self.way * self.weights[-1] / self.gear.weights[-1] * press)
+
+
+Contact = FaceContact | CircleContact | CurveContact | FlatContact | SumStop | RopeContact
+
+
+@dataclass(frozen=True)
 class JointFriction:
     """Dry friction in a joint: it brakes by a bound, and holds up to that.
 
@@ -798,6 +816,13 @@ class Mechanism:
     def all_slots(self) -> tuple[Slot, ...]:
         """Slots, those with play as if they had none at the end."""
         return (*self.slots, *(groove.slot for groove in self.grooves))
+
+    @property
+    def all_gears(self) -> tuple[Gear, ...]:
+        """Gears, those with play at the end."""
+        flanks = [contact for contact in self.contacts if isinstance(contact, SumStop)]
+        loose = {flank.gear.name: flank.gear for flank in flanks if flank.gear is not None}
+        return (*self.gears, *loose.values())
 
     @property
     def attachments(self) -> tuple[Pin | Weld, ...]:

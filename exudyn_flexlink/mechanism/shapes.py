@@ -1,7 +1,7 @@
 """Where contacts are, in which directions they act, and how near they come: a class for each shape.
 
-A shape is a point against a face or a curve, a straight face on a curve, two circles, a hinge
-and its stop, or a rope over points. Each class looks at many contacts and many instants at once, by
+A shape is a point against a face or a curve, a straight face on a curve, two circles, joints at
+their stop, or a rope over points. Each class looks at many contacts and many instants at once, by
 the poses of parts. Laws, states and events are the same for all shapes.
 
 Vectors in the plane are complex numbers. With C the point of the first part, S that of the second,
@@ -35,7 +35,8 @@ from exudyn_flexlink.mechanism.model import (
     FaceContact,
     FlatContact,
     RopeContact,
-    TurnStop,
+    Slide,
+    SumStop,
 )
 
 ALWAYS_CLOSED = -1.0  # m: gap of a point that is held on its line from both sides
@@ -164,9 +165,7 @@ class Relative(NamedTuple):
 class Shape(ABC, Generic[AnyContact]):
     """Contacts (c,) of one shape.
 
-    If the shape is `straight`, the gap is the place across. `moment` (c,) is the torque on the
-    first part by a unit of pressing force, of shapes that press by a torque. `links` (2, c) carry
-    both parts.
+    If the shape is `straight`, the gap is the place across. `links` (2, c) carry both parts.
     """
 
     straight: ClassVar[bool] = False
@@ -182,7 +181,6 @@ class Shape(ABC, Generic[AnyContact]):
         frames = [tuple(map(frame, contact.parts)) for contact in contacts]
         self.links = np.array([[carrier.link for carrier in pair] for pair in frames], dtype=int).T
         self._angles = np.array([[carrier.angle for carrier in pair] for pair in frames]).T
-        self.moment = np.zeros(len(contacts))
         self._rubs = any(contact.friction is not None for contact in contacts)
 
     @abstractmethod
@@ -324,36 +322,70 @@ class Faces(Shape[FaceContact]):
         return Glimpse(contact.side * place.imag, contact.side * rate.imag, beside)
 
 
-class Stops(Shape[TurnStop]):
-    """Hinges at their stops: the gap is an angle, and what presses is a torque."""
+class _Lines:
+    """Slides (s,): how far their second anchors are out along lines through the first."""
+
+    def __init__(self, slides: Sequence[Slide], frame: Callable[[int], Frame]) -> None:
+        self._firsts, self._starts, angles = _carried([slide.first for slide in slides], frame)
+        self._seconds, self._arms, _ = _carried([slide.second for slide in slides], frame)
+        directions = np.array([slide.direction for slide in slides])
+        self._directions = np.exp(1j * (angles + directions))
+
+    def out(self, at: Poses) -> tuple[FloatArray, FloatArray]:
+        """Lengths (..., s), m, and their rates, m/s."""
+        base, end = (
+            at.origin.take(links, axis=-1) + at.axis.take(links, axis=-1) * arms
+            for links, arms in ((self._firsts, self._starts), (self._seconds, self._arms))
+        )
+        along = at.axis.take(self._firsts, axis=-1) * self._directions
+        moving = _carried_rate(self._seconds, end, at) - _carried_rate(self._firsts, end, at)
+        return _dot(along, end - base), _dot(along, moving)
+
+
+class Stops(Shape[SumStop]):
+    """Joints at their stops: the gap is an angle or a length, and what presses acts along that."""
 
     straight = True
 
-    def __init__(self, contacts: Sequence[TurnStop], frame: Callable[[int], Frame]) -> None:
+    def __init__(self, contacts: Sequence[SumStop], frame: Callable[[int], Frame]) -> None:
         super().__init__(contacts, frame)
-        self.moment = np.array([contact.way for contact in contacts])
-        self._bound = np.array([contact.bound for contact in contacts])
+        self._ways = np.array([contact.way for contact in contacts])
+        self._bounds = np.array([contact.bound for contact in contacts])
+        rows = [(c, *of) for c, contact in enumerate(contacts) for of in contact.terms]
+        numbers, ties, weights = zip(*rows, strict=True)
+        self._summed = np.zeros((len(ties), len(contacts)))  # weights in the sum of each contact
+        self._summed[np.arange(len(ties)), numbers] = weights
+        carriers = [[frame(part) for part in tie.parts] for tie in ties]
+        self._ends = np.array([[carrier.link for carrier in pair] for pair in carriers]).T
+        self._starts = np.array([[carrier.angle for carrier in pair] for pair in carriers]).T
+        self._slid = [k for k, tie in enumerate(ties) if tie.slide is not None]
+        slides = [tie.slide for tie in ties if tie.slide is not None]
+        self._lines = _Lines(slides, frame) if slides else None
 
-    def between(self, contact: TurnStop) -> tuple[Anchor, Anchor, float]:
-        """See one part from the other; only their angles count."""
-        return contact.second, contact.first, 0.0
+    def between(self, contact: SumStop) -> tuple[Anchor, Anchor, float]:
+        """See one part from the other; only their angles and lengths count."""
+        pushed, back = contact.anchors
+        return pushed[0], back[0], 0.0
 
     def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """Return the angles as if they were places across."""
-        second, first = self.links
-        turned = at.angle.take(second, axis=-1) - at.angle.take(first, axis=-1)
-        turning = at.turning.take(second, axis=-1) - at.turning.take(first, axis=-1)
-        return 1j * (turned + self._angles[0] - self._angles[1]), turning
+        """Return the sums as if they were places across."""
+        first, second = self._ends
+        place = at.angle.take(second, axis=-1) - at.angle.take(first, axis=-1)
+        place = place + self._starts[1] - self._starts[0]
+        rate = at.spin.take(second, axis=-1) - at.spin.take(first, axis=-1)
+        if self._lines is not None:
+            place[..., self._slid], rate[..., self._slid] = self._lines.out(at)
+        return 1j * (place @ self._summed), 1j * (rate @ self._summed)
 
     def look(self, at: Poses) -> Look:
-        """Look at the contacts; a torque has no direction, and no place."""
+        """Look at the contacts; what presses has no direction, and no place."""
         place, rate = self.path(at)
         none, zero = np.zeros(place.shape), np.zeros_like(place)
-        gap, gap_rate = self.moment * (place.imag - self._bound), self.moment * rate.imag
+        gap, gap_rate = self._ways * (place.imag - self._bounds), self._ways * rate.imag
         return Look(gap, none, gap_rate, none, zero, zero, zero, zero, none, none + 1.0, none)
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """Gap of a contact and its rate, by its angle."""
+        """Gap of a contact and its rate, by its sum."""
         contact = self.contacts[c]
         return Glimpse(contact.way * (place.imag - contact.bound), contact.way * rate.imag)
 
@@ -692,7 +724,6 @@ class ContactShapes:
                         for c, k in enumerate(numbers.tolist())}  # fmt: skip
         parts = [[frame(part).link for part in contact.parts] for contact in contacts]
         self.links = np.array(parts, dtype=int).reshape(-1, 2).T
-        self.moment = self._of_all((len(contacts),), (1,), lambda group: (group.moment,))[0]
         self.straight = np.array([self._group(k).straight for k in self._places], dtype=bool)
 
     def look(self, at: Poses) -> Look:
@@ -752,7 +783,7 @@ SHAPES: dict[type, type[Shape[Any]]] = {
     CircleContact: Circles,
     CurveContact: OnCurves,
     FlatContact: OnFlats,
-    TurnStop: Stops,
+    SumStop: Stops,
     RopeContact: Ropes,
 }
 _LOOK_KINDS = (1.0, 1.0, 1.0, 1.0, 1j, 1j, 1j, 1j, 1.0, 1.0, 1.0)

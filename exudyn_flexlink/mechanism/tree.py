@@ -8,7 +8,7 @@ joints closes loops: those constraints tie coordinates of the tree to one anothe
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from exudyn_flexlink.mechanism.model import (
     GROUND,
     Anchor,
     Gear,
+    Geared,
     Mechanism,
     Motor,
     Pin,
@@ -144,6 +145,15 @@ class TreeLayout:
             return None
         link, sign = self.joints[slide.name]
         return np.asarray(sign * np.eye(len(self.links))[link])
+
+    def summed_row(self, ties: Iterable[Geared], weights: Iterable[float]) -> FloatArray:
+        """As `turning_row`, of a sum of angles and of lengths of the tree's own slides."""
+        row = np.zeros(len(self.links))
+        for tie, weight in zip(ties, weights, strict=True):
+            moving = self.sliding_row(tie.slide) if tie.slide else self.turning_row(*tie.parts)
+            assert moving is not None  # gears of other slides are refused
+            row += weight * moving
+        return row
 
     def hinges(self, part: int) -> list[int]:
         """Links whose angles add up to that of a part."""

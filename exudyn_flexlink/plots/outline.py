@@ -31,7 +31,7 @@ from exudyn_flexlink.mechanism import (
     Mechanism,
     RopeContact,
     Slot,
-    TurnStop,
+    SumStop,
     anchor_position,
     angle_of,
     build_mechanism,
@@ -151,7 +151,7 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
     around = np.stack([np.cos(way), np.sin(way)], axis=1)
     circular = [contact for contact in model.contacts if contact.name not in scene.ropes]
     circles = [(contact.name, *circle) for contact in circular for circle in circles_of(contact)]
-    circles += [(gear.name, *circle) for gear in model.gears for circle in pitch_circles(gear)]
+    circles += [(gear.name, *circle) for gear in model.all_gears for circle in pitch_circles(gear)]
     circles += [(g.name, g.slot.anchor, g.radius) for g in model.grooves if g.radius > 0]
     for name, centre, radius in circles:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
@@ -160,7 +160,7 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
         if centre.part != GROUND:  # a line to the edge shows that a circle turns
             edge = Anchor(centre.part, centre.x + radius, centre.y)
             yield Drawn("spoke", GREY, through(name, centre, edge))
-    for gear in model.gears:
+    for gear in model.all_gears:
         yield from (Drawn("ring", GREY, strand) for strand in strands(gear))
     for spring in model.linear_springs:
         if spring.name in scene.springs:  # not those within rods that stretch
@@ -176,7 +176,7 @@ def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
             kind = "face" if contact.name in scene.contacts else "stop"
             kind, colour = ("rope", GREEN) if contact.name in scene.ropes else (kind, RED)
             yield Drawn(kind, colour, through(contact.name, contact.start, contact.end))
-        elif isinstance(contact, TurnStop):
+        elif isinstance(contact, SumStop) and contact.gear is None:
             yield Drawn("stop", RED, through(contact.name, *stop_ray(model, contact)))
         elif contact.name in scene.ropes and isinstance(contact, CircleContact):
             yield Drawn("rope", GREEN, through(contact.name, contact.first, contact.second))
@@ -275,9 +275,9 @@ def faces(model: Mechanism) -> list[FaceContact]:
     return [contact for contact in model.contacts if isinstance(contact, FaceContact)]
 
 
-def stop_ray(model: Mechanism, stop: TurnStop) -> tuple[Anchor, Anchor]:
+def stop_ray(model: Mechanism, stop: SumStop) -> tuple[Anchor, Anchor]:
     """A short ray from a hinge, towards the turning part's centre (or its x-axis) at the stop."""
-    base, moving, angle = stop.first, stop.second, stop.bound
+    base, moving, angle = stop.ties[0].near, stop.point, stop.bound
     if moving.part == GROUND:
         base, moving, angle = moving, base, -angle
     part = model.parts[moving.part]

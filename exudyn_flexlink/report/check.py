@@ -16,7 +16,7 @@ from exudyn_flexlink.mechanism import (
     LinearSpring,
     Mechanism,
     RotarySpring,
-    TurnStop,
+    SumStop,
     coarse_tolerance,
     contact_mass,
     end_of_run,
@@ -107,7 +107,7 @@ def _bodies(scene: Scene, mechanism: Mechanism) -> list[str]:
 
 
 def _joints(scene: Scene, mechanism: Mechanism) -> list[str]:
-    geared = {gear.name: _geared(scene, gear) for gear in mechanism.gears}
+    geared = {gear.name: _geared(scene, gear) for gear in mechanism.all_gears}
     rows = [
         [name, joint.type, geared.get(name) or _joined(joint)]
         for name, joint in scene.joints.items()
@@ -128,7 +128,10 @@ def _geared(scene: Scene, gear: Gear) -> str:
         f", pitch radi{'i' if len(known) > 1 else 'us'} {' and '.join(known)}" if known else ""
     )
     inside = " inside" if isinstance(spec, GearJoint) and spec.internal else ""
-    return f"{bodies[0]} and {bodies[1]}{inside}, on {arm}{circles}"
+    sides = [stop for stop in scene.stops.values() if stop.joint == gear.name]
+    played = f", flanks at {' and '.join(stop.text(stop.at) for stop in sides)}" if sides else ""
+    idle = IDLE if isinstance(spec, GearJoint) and spec.law and not sides else ""
+    return f"{bodies[0]} and {bodies[1]}{inside}, on {arm}{circles}{played}{idle}"
 
 
 def _joined(joint: Joint) -> str:
@@ -368,7 +371,7 @@ def _contact_duration(assembly: Assembly, contact: Contact) -> str:
         return f"a contact of {number(mass)} kg lasts about {half} at an approach of 1 m/s"
     if isinstance(contact.law, LineContact):
         return f"a contact of {number(mass)} kg lasts {half} or longer"
-    unit = "kg m^2" if isinstance(contact, TurnStop) else "kg"
+    unit = "kg m^2" if isinstance(contact, SumStop) and contact.turns else "kg"
     return f"a contact lasts about {half} or longer (pi sqrt(m/k), m {number(mass)} {unit})"
 
 

@@ -47,6 +47,7 @@ from exudyn_flexlink.report.text import (
 )
 from exudyn_flexlink.scene import (
     DampedLaw,
+    Flank,
     FlexibleBody,
     ImpulseLaw,
     Law,
@@ -278,6 +279,8 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     # Joints that may have a clearance.
     kinds = (SleeveJoint, RevoluteJoint, SlotJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
+    loose = dict.fromkeys(s.joint for s in scene.stops.values() if isinstance(s, Flank))
+    stopped = [n for n, stop in scene.stops.items() if not isinstance(stop, Flank)]
     sleeves = {n: j for n, j in walled.items() if isinstance(j, SleeveJoint)}
     lossy = [n for n, law in laws.items() if law.restitution is not None and law.restitution < 1]
     rough = [n for n, law in laws.items() if getattr(law, "friction", 0.0) > 0]
@@ -293,9 +296,9 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     gravity = [f"({number(scene.gravity[0])}, {number(scene.gravity[1])}) m/s^2"]
     rows = [
         _effect("flexibility", flexible),
-        _effect("clearance", [n for n, j in walled.items() if j.clearance > 0]),
+        _effect("clearance", [*(n for n, j in walled.items() if j.clearance > 0), *loose]),
         _effect("support in the guide", [n for n, j in sleeves.items() if j.supported]),
-        _effect("impact", [*scene.contacts, *scene.stops]),
+        _effect("impact", [*scene.contacts, *stopped]),
         _effect("friction", rough),
         _effect("damping", list(dict.fromkeys(damped))),
         _effect("restitution below 1", lossy),

@@ -28,6 +28,7 @@ from exudyn_flexlink.scene.contacts import (
     Contact,
     ContactLaw,
     DampedLaw,
+    Flank,
     HertzLaw,
     ImpulseLaw,
     Law,

@@ -1,7 +1,7 @@
 """Contacts, their laws, and limits of joints, as a model file gives them.
 
 The forces of the laws are in `exudyn_flexlink.laws`. Limits of a joint are stops at its least and
-greatest angle, or at its least and greatest length along a slide.
+greatest angle, or at its least and greatest length along a slide; flanks of gears are stops, too.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from exudyn_flexlink import quantities as si
 from exudyn_flexlink.laws import FACTORS, restitution_of
-from exudyn_flexlink.quantities import NonNegativeLength, PositiveLength
+from exudyn_flexlink.quantities import Dimension, NonNegativeLength, PositiveLength
 from exudyn_flexlink.scene.base import (
     GROUND,
     ByType,
@@ -421,6 +421,23 @@ class TurnPenalty(_StopPenalty):
     )
 
 
+class FlankPenalty(_StopPenalty):
+    """Teeth that give way; as of a hinge, or of a slide if the second joint is one."""
+
+    stiffness: Annotated[float, si.OfGear(Dimension.TORSIONAL_STIFFNESS, above=0.0)] = Field(
+        description="torque per angle of the second joint, or force per length"
+    )
+    damping: Annotated[float, si.OfGear(Dimension.TORSIONAL_DAMPING, at_least=0.0)] | None = Field(
+        None, description="torque per angular speed, or force per speed; teeth never pull"
+    )
+    transition_speed: Annotated[float, si.OfGear(Dimension.ANGULAR_SPEED, above=0.0)] | None = (
+        Field(None, description="above it the restitution acts in full; left out: 5e-3 in SI units")
+    )
+
+
+FlankLaw = Annotated[FlankPenalty | ImpulseLaw, ByType(default="penalty")]
+
+
 class _Limits(Part):
     """Where a joint is stopped; it needs one of both ends at least."""
 
@@ -493,24 +510,22 @@ class Stop:
     joint: str
     end: str
     at: float
-    limits: Limits
+    law: StopLaw
+    turns: bool  # by a torque, N m, at an angle
     striking: str
     struck: None = None
 
-    @property
-    def law(self) -> StopLaw:
-        """Law of the stop."""
-        return self.limits.law
-
-    @property
-    def turns(self) -> bool:
-        """Whether it stops a hinge: by a torque, N m, at an angle."""
-        return isinstance(self.limits, TurnLimits)
+    noun: ClassVar[str] = "stops of joints"
 
     @property
     def path(self) -> tuple[str, ...]:
         """Path of its key in the scene."""
         return "joints", self.joint, "limits", self.end
+
+    @property
+    def law_path(self) -> tuple[str, ...]:
+        """Path of its law in the scene."""
+        return "joints", self.joint, "limits", "law"
 
     def text(self, at: float) -> str:
         """Angle (rad) or length (m) of the joint as a text, with its unit."""
@@ -519,6 +534,26 @@ class Stop:
     def __str__(self) -> str:
         """Say what is stopped where, in the words of a report."""
         return f"{self.joint} stops at {self.text(self.at)}"
+
+
+class Flank(Stop):
+    """One side of a gear's play: `at` is how far the second joint goes from the middle of that."""
+
+    noun = "backlash"
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """Path of the key of the play."""
+        return "joints", self.joint, "backlash"
+
+    @property
+    def law_path(self) -> tuple[str, ...]:
+        """Path of the gear's law."""
+        return "joints", self.joint, "law"
+
+    def __str__(self) -> str:
+        """Say where the flank is, in the words of a report."""
+        return f"flank of {self.joint} at {self.text(self.at)} from the middle"
 
 
 @dataclass(frozen=True)
@@ -539,4 +574,20 @@ def stops_of(joint: str, limits: Limits, points: tuple[str, str]) -> Iterator[tu
     """Yield the stops of a joint between these points, with their names."""
     for end, at in (("from", limits.from_), ("to", limits.to)):
         if at is not None:
-            yield f"{joint}.{end}", Stop(joint, end, at, limits, moving(points))
+            turns = isinstance(limits, TurnLimits)
+            yield f"{joint}.{end}", Stop(joint, end, at, limits.law, turns, moving(points))
+
+
+_PENALTIES: dict[bool, type[SlidePenalty | TurnPenalty]] = {False: SlidePenalty, True: TurnPenalty}
+
+
+def flanks_of(
+    gear: str, play: float, law: FlankPenalty | ImpulseLaw, turns: bool, points: tuple[str, str]
+) -> Iterator[tuple[str, Flank]]:
+    """Yield both flanks of a gear with play (rad or m), with their names.
+
+    `turns` and the `points` are those of its second joint.
+    """
+    acting = law if isinstance(law, ImpulseLaw) else _PENALTIES[turns](**dict(law))
+    for end, way in (("from", -1.0), ("to", 1.0)):
+        yield f"{gear}.{end}", Flank(gear, end, way * play / 2, acting, turns, moving(points))

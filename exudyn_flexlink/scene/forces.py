@@ -32,7 +32,7 @@ from exudyn_flexlink.expressions import (
     parse_expression,
     tokens_of,
 )
-from exudyn_flexlink.quantities import Dimension
+from exudyn_flexlink.quantities import Dimension, Measured
 from exudyn_flexlink.scene.base import (
     DRIVEN,
     GROUND,
@@ -151,22 +151,6 @@ OF_DRIVES = {
     "force": (Dimension.FORCE,),
 }
 """What drives give, by their type; of two at a revolute joint, and at any other."""
-
-
-class Measured(float):
-    """A number whose unit told which of several dimensions is meant."""
-
-    dimension: Dimension
-
-    def __new__(cls, dimension: Dimension, value: float) -> Measured:
-        """Keep the dimension with the value in SI."""
-        number = super().__new__(cls, value)
-        number.dimension = dimension
-        return number
-
-    def __getnewargs__(self) -> tuple[Dimension, float]:  # type: ignore[override]
-        """Return what copies are made of."""
-        return self.dimension, float(self)
 
 
 class _OrTable(ABC):

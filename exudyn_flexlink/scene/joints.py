@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, Strict, field_validator, model_validator
 
 from exudyn_flexlink import quantities as si
-from exudyn_flexlink.quantities import Number, PositiveLength
+from exudyn_flexlink.quantities import Dimension, Number, PositiveLength
 from exudyn_flexlink.scene.base import (
     GROUND,
     XY,
@@ -29,6 +29,7 @@ from exudyn_flexlink.scene.base import (
 )
 from exudyn_flexlink.scene.contacts import (
     ContactLaw,
+    FlankLaw,
     GivingLaw,
     HertzLaw,
     Law,
@@ -42,6 +43,7 @@ from exudyn_flexlink.scene.contacts import (
 Teeth = Annotated[int, Strict(), Field(ge=1)]
 GEARED = Refers("joints", "a revolute or prismatic joint", ("revolute", "prismatic"))
 GearedName = Annotated[str, Strict(), GEARED]
+ROUNDED = 1e-9  # of the play: a start on a flank may be typed so far beyond
 Two = Annotated[tuple[GearedName, GearedName], listed("joint", "joint")]
 
 
@@ -69,11 +71,31 @@ class GearJoint(Part):
     internal: Flag = Field(
         False, description="one gear is a ring around the other: they turn alike"
     )
+    backlash: Annotated[float, si.OfGear(Dimension.ANGLE, at_least=0.0)] = Field(
+        0.0,
+        description="whole play of the second joint, from flank to flank, while the first stands "
+        "still: an angle, or a length of a slide; 0: none",
+    )
+    start: Annotated[float, si.OfGear(Dimension.ANGLE)] = Field(
+        0.0, description="where the second joint is within the play at time 0, from the middle"
+    )
+    law: FlankLaw | None = Field(
+        None, description="of both flanks, in units of the second joint; required with backlash"
+    )
 
     @model_validator(mode="after")
     def _a_rack_lies_on_one_side(self) -> GearJoint:
         if self.radius is not None and self.internal:
             refuse("a rack has no inside", "turn its 'axis' round to reverse it", at="internal")
+        return self
+
+    @model_validator(mode="after")
+    def _starts_within_the_play(self) -> GearJoint:
+        if self.backlash > 0 and self.law is None:
+            hint = "of teeth that strike, e.g. law: {type: impulse, restitution: 0.5}"
+            refuse("'backlash' needs a 'law'", hint, at="backlash")
+        if abs(self.start) > self.backlash / 2 * (1 + ROUNDED):
+            refuse("is beyond the flanks: at most half the 'backlash', either way", at="start")
         return self
 
     @property

@@ -28,11 +28,12 @@ from exudyn_flexlink.scene.contacts import (
     Rope,
     Stop,
     StopLaw,
+    flanks_of,
     moving,
     stops_of,
 )
 from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, RopeSpring, Spring
-from exudyn_flexlink.scene.joints import Joint, PrismaticJoint, RevoluteJoint
+from exudyn_flexlink.scene.joints import GearJoint, Joint, PrismaticJoint, RevoluteJoint
 from exudyn_flexlink.scene.names import Parts, find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, InitialOrRest, Outputs, Run, Solver
 from exudyn_flexlink.scene.stages import Stage
@@ -98,13 +99,17 @@ class Scene(Part):
 
     @property
     def stops(self) -> dict[str, Stop]:
-        """Stops of the joints' limits, by names such as 'hinge.to'."""
-        return {
-            name: stop
-            for joint, joint_spec in self.joints.items()
-            if isinstance(joint_spec, (RevoluteJoint, PrismaticJoint)) and joint_spec.limits
-            for name, stop in stops_of(joint, joint_spec.limits, joint_spec.points)
-        }
+        """Stops of the joints' limits, and flanks of gears with play, by names as 'hinge.to'."""
+        stops: dict[str, Stop] = {}
+        for name, joint in self.joints.items():
+            if isinstance(joint, (RevoluteJoint, PrismaticJoint)) and joint.limits:
+                stops.update(stops_of(name, joint.limits, joint.points))
+            elif isinstance(joint, GearJoint) and joint.backlash > 0 and joint.law is not None:
+                second = self.joints[joint.joints[1]]
+                assert isinstance(second, (RevoluteJoint, PrismaticJoint))  # names are checked
+                turns = isinstance(second, RevoluteJoint)
+                stops.update(flanks_of(name, joint.backlash, joint.law, turns, second.points))
+        return stops
 
     @property
     def ropes(self) -> dict[str, LinearSpring | RopeSpring]:
@@ -139,7 +144,7 @@ class Scene(Part):
     def law_path(self, name: str) -> KeyPath:
         """Where the scene gives the law of one of these names."""
         if name in self.stops:
-            return "joints", self.stops[name].joint, "limits", "law"
+            return self.stops[name].law_path
         return "contacts" if name in self.contacts else "joints", name, "law"
 
     def unit_of(self, contact: str, unit: str) -> str:

@@ -15,7 +15,7 @@ from itertools import islice
 from typing import Any, NamedTuple, get_args
 
 from exudyn_flexlink.expressions import Expression, Sensed, in_words
-from exudyn_flexlink.quantities import Powers
+from exudyn_flexlink.quantities import OF_RACK, Measured, Powers
 from exudyn_flexlink.scene.base import (
     DRIVEN,
     GROUND,
@@ -32,7 +32,6 @@ from exudyn_flexlink.scene.forces import (
     OF_DRIVES,
     ForceDrive,
     LinearSpring,
-    Measured,
     RopeSpring,
     SpeedDrive,
     TorqueDrive,
@@ -43,6 +42,7 @@ from exudyn_flexlink.scene.joints import (
     GEARED,
     BeltJoint,
     Gear,
+    GearJoint,
     Joints,
     PointsJoint,
     RevoluteJoint,
@@ -223,8 +223,9 @@ def gear_mistakes(parts: Parts) -> Iterator[Mistake]:
             continue  # `lost_names` refuses it
         path = ("joints", name)
         mistakes = [*_of_wrong_kinds(path, gear, kinds), *_unheld(path, gear, joints)]
+        mistakes += _in_wrong_units(path, gear, kinds[1])
         yield from mistakes
-        if not mistakes:
+        if not mistakes and not getattr(gear, "backlash", 0.0):  # play may be used up, no more
             yield from _contradicting(path, gear, joints, ties)
 
 
@@ -240,6 +241,17 @@ def _of_wrong_kinds(path: KeyPath, gear: Gear, kinds: list[str]) -> Iterator[Mis
     elif kinds[0] == kinds[1] and gear.radius is not None:
         message = "a radius is for a rack: one joint revolute, the other prismatic"
         yield Mistake((*path, "radius"), message, "give 'teeth' or 'ratio'")
+
+
+def _in_wrong_units(path: KeyPath, gear: Gear, kind: str) -> Iterator[Mistake]:
+    """Refuse angles of a rack's play, and lengths of a wheel's: those of the second joint count."""
+    law = gear.law if isinstance(gear, GearJoint) else None
+    law_path, turns = (*path, "law"), kind == "revolute"
+    for at, key, value in (*((path, *item) for item in gear), *((law_path, *x) for x in law or ())):
+        if isinstance(value, Measured) and (value.dimension in OF_RACK) != turns:
+            wanted = (OF_RACK | {slid: turned for turned, slid in OF_RACK.items()})[value.dimension]
+            message = f"expected {wanted.words}, since '{gear.joints[1]}' is of type {kind}"
+            yield Mistake((*at, key), message, wanted.hint)
 
 
 def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:

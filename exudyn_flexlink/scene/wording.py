@@ -101,6 +101,7 @@ OTHER_WORDS: dict[str, str] = {
     "internal": "ring inner annulus",
     "radii": "radius diameters r curvature",
     "clearance": "gap play backlash",
+    "backlash": "lash play clearance gap tooth_play free_play lost_motion",
     "link": "rod slider",
     "over": "points via path eyes pulleys sheaves",
     "joint": "at on joints",

@@ -157,4 +157,11 @@ def _gear(rng: np.random.Generator, drawn: Drawn) -> None:
     tie: Model = {"type": "belt", "radii": [0.03, within(rng, 0.02, 0.06)]}
     if rng.random() < 0.6:
         tie = {"type": "gear", "ratio": within(rng, 0.3, 3), "internal": bool(rng.random() < 0.3)}
+    if tie["type"] == "gear" and rng.random() < 0.5:
+        play = spread(rng, 1e-4, 0.02)
+        teeth = {"stiffness": spread(rng, 100, 1e4), "restitution": within(rng, 0, 1)}
+        stiff = {**teeth, "transition_speed": 0.01}
+        hard = {"type": "impulse", "restitution": within(rng, 0, 0.9)}
+        law = stiff if rng.random() < 0.5 else hard
+        tie |= {"backlash": play, "start": number(play * rng.uniform(-0.5, 0.5)), "law": law}
     model["joints"]["mesh"] = {**tie, "joints": [drawn.crank, "axle"]}

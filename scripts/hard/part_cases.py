@@ -62,6 +62,7 @@ PART_CASES = (
     Case("force_pulse", "closed form", PLAIN, (MINIMAL,), part_truths.force_pulse),
     Case("jerked_spoke", "one equation", TOLD, EXUDYN, part_truths.jerked_spoke),
     Case("stops", "closed form", PLAIN, (MINIMAL,), part_truths.stops),
+    Case("rattle", "closed form", PLAIN, (MINIMAL,), part_truths.rattle),
     Case("narrow_hollow", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("narrow_ring", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("barely_held", "closed form", PLAIN, (MINIMAL,), part_truths.barely_held),

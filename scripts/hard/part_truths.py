@@ -39,15 +39,32 @@ def stops(result: Result) -> float:
     """A block between two elastic stops: free flight and half a period of a stop, in turns."""
     joint = result.scene.joints["way"]
     law, width = joint.limits.law, joint.limits.to
-    speed, turning = 1.0, sqrt(law.stiffness / result.scene.bodies["block"].mass)
+    turning = sqrt(law.stiffness / result.scene.bodies["block"].mass)
+    place = _to_and_fro(result.time, width, 1.0, turning)
+    return _off(result, np.stack([place, 0 * place], axis=1))
+
+
+def _to_and_fro(time: FloatArray, width: float, speed: float, turning: float) -> FloatArray:
+    """Place between two elastic walls, 0 and `width`, from the middle on."""
     flight, touch = width / speed, pi / turning
-    since = (result.time + flight / 2) % (2 * (flight + touch))  # from a stop on
+    since = (time + flight / 2) % (2 * (flight + touch))  # from a wall on
     back = since > flight + touch
     own = np.where(back, since - flight - touch, since)
     beyond = width + speed / turning * np.sin(turning * (own - flight))
     ahead = np.where(own < flight, speed * own, beyond)
-    place = np.where(back, width - ahead, ahead)
-    return _off(result, np.stack([place, 0 * place], axis=1))
+    return np.where(back, width - ahead, ahead)
+
+
+def rattle(result: Result) -> float:
+    """A wheel between elastic flanks: x = c2 + w c1 as `stops`, and J1 c1'/w - J2 c2' stays."""
+    scene, w = result.scene, 1.5
+    mesh, first, second = scene.joints["mesh"], *(b.inertia for b in scene.bodies.values())
+    law, spin = mesh.law, dict(scene.initial.speeds)["pinion"]
+    turning = sqrt(law.stiffness * (w**2 / first + 1 / second))
+    x = _to_and_fro(result.time, mesh.backlash, w * spin, turning) - mesh.backlash / 2
+    angle = (first * x / w**2 - first * spin / w * result.time) / (first / w**2 + second)
+    rim = 0.02 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return _off(result, rim + np.array([0.05, 0.0]))
 
 
 def trammel(result: Result) -> float:

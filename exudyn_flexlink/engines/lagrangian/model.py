@@ -54,6 +54,7 @@ from exudyn_flexlink.mechanism import (
     Pin,
     Ramp,
     TorqueMotor,
+    runs_for_minimal,
 )
 from exudyn_flexlink.scene import (
     BeltJoint,
@@ -173,7 +174,7 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[KeyPath, str]
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
     for stop in scene.stops.values():
-        yield stop.path, "no stops of joints"
+        yield stop.path, f"no {stop.noun}"
     for kind, lacks in (
         (WeldJoint, "no welds"),
         (GearJoint | BeltJoint, "no gears"),
@@ -189,18 +190,9 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[KeyPath, str]
             yield ("bodies", name, "stretch"), "rods that do not stretch"
     for force in mechanism.forces:
         yield ("drives", force.name), "no forces at points"
-    yield from _unknown_runs(scene)
+    yield from runs_for_minimal(scene)
     yield from _other_springs(scene, mechanism)
     yield from _rough_impacts(mechanism)
-
-
-def _unknown_runs(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
-    """How a run may begin or end, but by this engine."""
-    path, until = scene.ending
-    if until is not None:
-        yield path, "no end at a formula"
-    if scene.initial.pressing:
-        yield ("initial", "pressing"), "no start that presses"
 
 
 def _rough_impacts(mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:

@@ -93,7 +93,8 @@ class Closures:
             turned_by = no_gap, layout.turning_row(motor.first, motor.second), size
             rows.append((next(slid), no_turn, 1.0) if motor.slide else turned_by)
         for gear in gears:
-            rows.append((no_gap, _geared_row(layout, gear), 1.0 if gear.in_newtons else size))
+            summed = layout.summed_row(gear.ties, gear.weights)
+            rows.append((no_gap, summed, 1.0 if gear.in_newtons else size))
         self.motors = list(enumerate(motors, start=driven))
         self.gears = list(enumerate(gears, start=driven + len(motors)))
         self._held, turning, self.scale = (np.array(column) for column in zip(*rows, strict=True))
@@ -153,18 +154,6 @@ class Closures:
         """Forces (..., joints), N, of joints on their second points, by multipliers (..., rows)."""
         axes = np.exp(1j * (x @ self._turning.T + self._axes))
         return np.asarray((axes * (multipliers @ self._held))[..., : len(self.joints)])
-
-
-def _geared_row(layout: TreeLayout, gear: Gear) -> FloatArray:
-    """How a gear's sum (links,) grows with the coordinates."""
-    row = np.zeros(len(layout.links))
-    for tie, weight in zip(gear.ties, gear.weights, strict=True):
-        if tie.slide is None:
-            row += weight * layout.turning_row(*tie.parts)
-        else:  # gears are of the tree's own joints
-            link, sign = layout.joints[tie.slide.name]
-            row[link] += weight * sign
-    return row
 
 
 def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor, float]:

@@ -32,6 +32,7 @@ from exudyn_flexlink.integrate.problem import Pressing
 from exudyn_flexlink.laws import Impulse, PressingLaw, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import (
     Channel,
+    Contact,
     ContactShapes,
     CurveContact,
     FlatContact,
@@ -42,6 +43,7 @@ from exudyn_flexlink.mechanism import (
     Poses,
     RopeContact,
     Seen,
+    SumStop,
     deepest_allowed,
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout
@@ -244,7 +246,8 @@ class ContactGroup:
         first, second = tree.kinematics.moved_by[self.shapes.links].astype(float)
         self._moved, self._second = first - second, second
         self._turns = self._moved * tree.kinematics.hinge
-        self._moments = self.shapes.moment[:, None] * self._turns
+        stops = [tree.stop_row(contact) for contact in self.contacts]
+        self._stopped = np.array(stops).reshape(len(stops), len(tree.layout.links))
         self._friction, self._slip_speed = rubbing(self.contacts)
         self._rubs = np.array(
             [contact.friction is not None for contact in self.contacts], dtype=bool
@@ -264,7 +267,7 @@ class ContactGroup:
         """Look at all, with gradients, by which forces act on coordinates."""
         look = self.shapes.look(poses(moving))
         carried = self._kinematics.carries(moving.places, look.at) * self._moved
-        across = (look.normal.conj()[..., None] * carried).real + self._moments
+        across = (look.normal.conj()[..., None] * carried).real + self._stopped
         for i, pieces in self._ropes:
             across[..., i, :] = self._pulls(moving, pieces).sum(axis=-2)
         if not self._any_rubs:
@@ -434,6 +437,12 @@ class TreeContacts:
             if groove.slot.curve.closed:
                 self.laps.append(LapFollower(groove, first, events))
         self.idle = mechanism.idle_walls  # of laps in which no pin is
+
+    def stop_row(self, contact: Contact) -> FloatArray:
+        """Gradient (links,) of the gap of a joint's stop; 0 of other contacts."""
+        if not isinstance(contact, SumStop):
+            return np.zeros(len(self.layout.links))
+        return contact.way * self.layout.summed_row(contact.ties, contact.weights)
 
     # --- where they are -----------------------------------------------------------------------
 

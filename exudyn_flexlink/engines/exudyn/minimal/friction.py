@@ -638,7 +638,9 @@ class JointFrictions:
         rests = np.broadcast_to(self.way == 0, torque.shape)
         friction = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
         whole = kept.force + torque @ self.rows
-        free = at.force + (torque[:, None] @ known.free)[:, 0]
+        # What slides brakes, also where contacts with what drives move carry it along.
+        acts = np.where((self.way != 0)[:, None], self._free(kept.state), known.free)
+        free = at.force + (torque[:, None] @ acts)[:, 0]
         return at._replace(force=free, kept=kept._replace(force=whole, friction=friction))
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
@@ -746,6 +748,9 @@ class JointFrictions:
         given = self.rows @ by_drives
         pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
+        if self._rigid.closed():
+            carried = self._carried(at) * ~known.free[0].any(axis=-1) * ~driven
+            way = np.where(way == 0, carried, way)
         backward = way * self.one_way < 0
         if backward.any():
             raise BackwardError(self.all[int(backward.argmax())].name)
@@ -772,6 +777,15 @@ class JointFrictions:
         fresh = (way == 0) & ((before != 0) | np.isnan(self._place))
         self._place = np.where(fresh, known.place[0], self._place)
         self.way, self.since, self.stopped = way, np.where(still, rate, 0.0), None
+
+    def _carried(self, at: Evaluation) -> FloatArray:
+        """Ways (joints,) in which contacts with what drives move accelerate joints; 0 of none."""
+        moved = self._rigid.with_reactions(at)
+        state = at.kept.state.pick(0)
+        by_forces = state.transform.matrix @ np.linalg.solve(moved.mass[0], moved.force[0])
+        given = self.rows @ (state.b + by_forces)
+        sizes = np.abs(self.rows) @ (np.abs(state.b) + np.abs(by_forces))
+        return np.where(np.abs(given) > NO_ACCELERATION * sizes, np.sign(given), 0.0)
 
     def slide(self, k: int, friction: FloatArray, v: FloatArray) -> None:
         """Let joint k slide, and all that are at their bounds, by T and bounds (joints, 2 or more).

@@ -21,6 +21,8 @@ from exudyn_flexlink.mechanism import (
     GROUND,
     Contact,
     RopeContact,
+    ToothPush,
+    flank_pushes,
     force_at,
     left_of,
     line_of,
@@ -47,18 +49,20 @@ class Reactions:
 
 
 def reactions_of(
-    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray, poses: FloatArray
+    model: MinimalModel, kept: Kept, poses: FloatArray, contacts: Sequence[Contact]
 ) -> Reactions:
-    """Reactions at instants (n,) with coordinates x (n, links) and slots' places (n, slots).
+    """Reactions at instants (n,) that are kept, with the parts at `poses` (n, parts, 3).
 
-    The parts are at `poses` (n, parts, 3).
-
-    `forces` (n, links) are the constraint forces of motors, slots and loops. Where joints are
-    redundant their forces are the least of those that are possible.
+    Where joints are redundant their forces are the least of those that are possible. `contacts` are
+    those whose forces are kept: the flanks of gears with play push these.
     """
+    tree: TreeKept = kept.of_engine
+    x, places, forces = tree.x, kept.places, tree.forces
+    presses = {contact.name: kept.press[:, k] for k, contact in enumerate(contacts)}
+    teeth = flank_pushes(contacts, presses, poses)
     if isinstance(model.coordinates, ClosedCoordinates):
-        return _of_closures(model, x, places, forces, poses)
-    reactions = Reactions()
+        return _of_closures(model, kept, poses, teeth)
+    reactions = Reactions(on_parts=[(push.part, push.force) for push in teeth])
     number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
     for guided in model.layout.slots:
         force = _guided(guided, x, places[:, number[guided.slot.name]], forces)
@@ -97,20 +101,21 @@ def _moment(
 
 
 def _of_closures(
-    model: MinimalModel, x: FloatArray, places: FloatArray, forces: FloatArray, poses: FloatArray
+    model: MinimalModel, kept: Kept, poses: FloatArray, loose: Sequence[ToothPush]
 ) -> Reactions:
+    tree: TreeKept = kept.of_engine
     coordinates = model.coordinates
     assert isinstance(coordinates, ClosedCoordinates)
     closures, motors = coordinates.closures, model.layout.motors
     # Places count along the whole curves, not on their present pieces.
     curves = [point.slot.curve.places for point in coordinates.points]
-    jacobian = closures.jacobian(closures.joined(x, places), curves)
-    multipliers, rest = _multipliers(jacobian, closures.known, forces)
+    jacobian = closures.jacobian(closures.joined(tree.x, kept.places), curves)
+    multipliers, rest = _multipliers(jacobian, closures.known, tree.forces)
     reactions = Reactions()
     reactions.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
-    teeth = tooth_pushes((gear for _, gear in closures.gears), reactions.gears, poses)
+    teeth = [*loose, *tooth_pushes((g for _, g in closures.gears), reactions.gears, poses)]
     reactions.on_parts += [(push.part, push.force) for push in teeth]
-    in_joints = closures.forces(x, multipliers)
+    in_joints = closures.forces(tree.x, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.
     rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
     for joint, (first, second), reaction in rows:
@@ -163,7 +168,7 @@ class JointForces:
         self.force_parts = {
             force.name: (force.point.part, GROUND) for force in self.mechanism.forces
         }
-        self.reactions = reactions_of(model, tree.x, kept.places, tree.forces, self.moved.poses)
+        self.reactions = reactions_of(model, kept, self.moved.poses, contacts)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
                 line = line_of(motor.slide, self.moved.poses)

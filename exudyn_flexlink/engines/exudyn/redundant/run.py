@@ -45,7 +45,7 @@ from exudyn_flexlink.mechanism import (
     Pin,
     RopeContact,
     Slide,
-    TurnStop,
+    SumStop,
     Weld,
     beyond_redundant,
     end_of_run,
@@ -320,7 +320,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
     contacts = []
     for i, (contact, resolution) in enumerate(zip(mechanism.touching, resolved, strict=False)):
         # `prepare` refuses them
-        assert not isinstance(contact, (CurveContact, FlatContact, RopeContact, TurnStop))
+        assert not isinstance(contact, (CurveContact, FlatContact, RopeContact, SumStop))
         contacts.append(ContactItem(system, contact, i, resolution))
     for channel, resolution in zip(mechanism.channels, resolved[count:], strict=True):
         for pair in channel.contacts:
