@@ -29,7 +29,7 @@ from exudyn_flexlink.mechanism import (
     slot_point,
 )
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
-from exudyn_flexlink.result import Checks, FrictionHistory, Result, later
+from exudyn_flexlink.result import Checks, FrictionHistory, JumpHistory, Result, later
 from exudyn_flexlink.scene import FrozenMapping, Initial, Run, Scene, Spring
 
 BESIDE = 1e-6  # of a curve's size: nearer to its seam, rounding decides on the side
@@ -323,6 +323,12 @@ def joined(first: Result, second: Result) -> Result:
     fields["frictions"] = {
         name: _rubbed(friction, second.frictions[name], end)
         for name, friction in first.frictions.items()
+    }
+    none = JumpHistory(np.zeros(0), np.zeros((0, 2)))
+    before, after = first.joint_impulses, second.joint_impulses
+    fields["joint_impulses"] = {
+        name: _joined(before.get(name, none), after.get(name, none), None)
+        for name in {**before, **after}
     }
     unknown = first.error.missing or first.error.stopped is not None
     whole = replace(

@@ -15,11 +15,13 @@ from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.recording import TreeKept
+from exudyn_flexlink.engines.exudyn.minimal.recording import Leaps, TreeKept
 from exudyn_flexlink.engines.recording import Kept, push_of
 from exudyn_flexlink.mechanism import (
     GROUND,
     Contact,
+    LinearSpring,
+    approach,
     force_at,
     left_of,
     line_of,
@@ -141,52 +143,29 @@ def _multipliers(
     return np.asarray(multipliers), np.asarray(rest[:, :links])
 
 
-class JointForces:
-    """Forces and torques at instants (n,) that are kept, with the forces of all `contacts`."""
+class _InJoints:
+    """Forces in joints, or impulses, at instants (n,), by Newton's law for what hangs on each.
 
-    def __init__(self, model: MinimalModel, contacts: Sequence[Contact], kept: Kept) -> None:
+    `moved` has accelerations, or jumps of speeds; `reactions` are those of the same instants.
+    `pulls` are of springs, `on_points` of contacts on their first parts, and `forces` by name those
+    between two parts, `force_parts`, all (n, 2); `gravity` (2,) is taken off accelerations.
+    """
+
+    def __init__(
+        self, model: MinimalModel, time: FloatArray, moved: Motions, reactions: Reactions
+    ) -> None:
         self.model, self.mechanism = model, model.assembly.mechanism
-        self.kept = kept
-        tree: TreeKept = kept.of_engine
-        self.time = kept.t
-        self.moved: Motions = motions(model.layout, model.kinematics, tree.x, tree.v, tree.a)
-        self.pulls = {
-            spring: spring_force(spring, self.moved.poses, self.moved.rates)
-            for spring in self.mechanism.linear_springs
-        }
-        self.on_points = self._pressing(contacts)
-        self.forces = {
-            force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
-            for force in self.mechanism.forces
-        }
-        self.force_parts = {
-            force.name: (force.point.part, GROUND) for force in self.mechanism.forces
-        }
-        self.reactions = reactions_of(model, tree.x, kept.places, tree.forces, self.moved.poses)
+        self.time, self.moved, self.reactions = time, moved, reactions
+        self.pulls: dict[LinearSpring, FloatArray] = {}
+        self.on_points: list[tuple[Contact, FloatArray]] = []
+        self.forces: dict[str, FloatArray] = {}
+        self.force_parts: dict[str, tuple[int, int]] = {}
+        self.gravity = np.zeros(2)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
-                line = line_of(motor.slide, self.moved.poses)
-                self.forces[motor.name] = self.reactions.torques.pop(motor.name)[:, None] * line
+                line = line_of(motor.slide, moved.poses)
+                self.forces[motor.name] = reactions.torques.pop(motor.name)[:, None] * line
                 self.force_parts[motor.name] = motor.second, motor.first
-
-    def _pressing(self, contacts: Sequence[Contact]) -> list[tuple[Contact, FloatArray]]:
-        """Forces (n, 2) of contacts on the first parts, N."""
-        points, pressed = [], self.kept.pressed
-        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
-            contact, rows = contacts[k], pressed[:, k]
-            at = self.moved.poses[rows], self.moved.rates[rows]
-            push = np.zeros((len(rows), 2))
-            push[rows] = push_of(contact, *at, self.kept.press[rows, k])
-            points.append((contact, push))
-        return points
-
-    def torques(self) -> dict[str, FloatArray]:
-        """Torque of each drive that has one on its joint's second part, N m."""
-        torques = dict(self.reactions.torques)
-        state = self.time, self.moved.poses, self.moved.rates
-        for motor in self.mechanism.torque_motors:
-            torques[motor.name] = sizes_at(motor.size, *state)
-        return torques
 
     def in_joints(self, names: Iterable[str]) -> dict[str, FloatArray]:
         """Force (n, 2) of joints of two points on their second one, N.
@@ -214,7 +193,7 @@ class JointForces:
         )
         arm = turned(np.array(body.centre), pose[:, 2])
         acceleration = bend[:, :2] + bend[:, 2:] * left_of(arm) - rate[:, 2:] ** 2 * arm
-        return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
+        return np.asarray(body.mass * (acceleration - self.gravity))
 
     def _given(self) -> list[FloatArray]:
         """Forces of slots, closed loops, springs, drives and contacts on each part, N."""
@@ -233,3 +212,61 @@ class JointForces:
             if part != GROUND:
                 given[part] += force
         return given
+
+
+class JointForces(_InJoints):
+    """Forces and torques at instants (n,) that are kept, with the forces of all `contacts`."""
+
+    def __init__(self, model: MinimalModel, contacts: Sequence[Contact], kept: Kept) -> None:
+        self.kept = kept
+        tree: TreeKept = kept.of_engine
+        moved = motions(model.layout, model.kinematics, tree.x, tree.v, tree.a)
+        reactions = reactions_of(model, tree.x, kept.places, tree.forces, moved.poses)
+        super().__init__(model, kept.t, moved, reactions)
+        self.gravity = np.asarray(self.mechanism.gravity)
+        self.pulls = {
+            spring: spring_force(spring, moved.poses, moved.rates)
+            for spring in self.mechanism.linear_springs
+        }
+        self.on_points = self._pressing(contacts)
+        for force in self.mechanism.forces:
+            self.forces[force.name] = force_at(force, self.time, moved.poses, moved.rates)
+            self.force_parts[force.name] = force.point.part, GROUND
+
+    def _pressing(self, contacts: Sequence[Contact]) -> list[tuple[Contact, FloatArray]]:
+        """Forces (n, 2) of contacts on the first parts, N."""
+        points, pressed = [], self.kept.pressed
+        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
+            contact, rows = contacts[k], pressed[:, k]
+            at = self.moved.poses[rows], self.moved.rates[rows]
+            push = np.zeros((len(rows), 2))
+            push[rows] = push_of(contact, *at, self.kept.press[rows, k])
+            points.append((contact, push))
+        return points
+
+    def torques(self) -> dict[str, FloatArray]:
+        """Torque of each drive that has one on its joint's second part, N m."""
+        torques = dict(self.reactions.torques)
+        state = self.time, self.moved.poses, self.moved.rates
+        for motor in self.mechanism.torque_motors:
+            torques[motor.name] = sizes_at(motor.size, *state)
+        return torques
+
+
+class JointImpulses(_InJoints):
+    """Impulses in joints, N s, at instants (K,) at which speeds jump.
+
+    They follow as forces do, with the jumps in place of accelerations. Springs, weight and
+    prescribed forces have none: what they do takes time.
+    """
+
+    def __init__(self, model: MinimalModel, contacts: Sequence[Contact], leaps: Leaps) -> None:
+        still = np.zeros_like(leaps.x)
+        moved = motions(model.layout, model.kinematics, leaps.x, still, leaps.rates)
+        reactions = reactions_of(model, leaps.x, leaps.places, leaps.held, moved.poses)
+        super().__init__(model, leaps.t, moved, reactions)
+        for k in np.flatnonzero(leaps.push.any(axis=0)).tolist():
+            contact, push, rub = contacts[k], leaps.push[:, k, None], leaps.rub[:, k]
+            at = approach(contact, moved.poses, moved.rates)
+            impulse = push * at.normal + (at.grip * rub)[:, None] * at.along
+            self.on_points.append((contact, impulse))
