@@ -450,7 +450,7 @@ def springs_as_assembled(scene: Scene) -> dict[str, Spring]:
 SERIES = (
     *("time", "poses", "rates", "drive_torques", "drive_forces", "joint_forces", "slot_forces"),
     *("spring_forces", "gear_forces", "gear_torques", "contacts", "bearings", "sleeves"),
-    *("energy", "extremes"),
+    *("energy", "extremes", "joint_impulses"),
 )
 """Fields of a result that are joined along time."""
 CLOCK_ROUNDING = 1e-12  # s: error of the clock at which a run goes on

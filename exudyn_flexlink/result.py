@@ -230,6 +230,7 @@ INTERRUPTED = "interrupted"
 POSES = {"x": "m", "y": "m", "angle": "rad"}
 RATES = {"x": "m/s", "y": "m/s", "angle": "rad/s"}
 FORCES = {"x": "N", "y": "N"}
+IMPULSES = {"x": "N s", "y": "N s"}
 """Components of arrays and their units, in the order of the last axis."""
 
 Series = Mapping[str, FloatArray]
@@ -381,6 +382,23 @@ class Extremes:
 
 
 @dataclass(frozen=True)
+class JumpHistory:
+    """What a joint bore as impacts made speeds jump: `time` (K,) s, and `impulse` (K, 2) N s.
+
+    Global axes, on the body on which the joint's force is told. All contacts that close at one
+    instant make one jump.
+    """
+
+    time: Annotated[FloatArray, Variable(".", "s", "instant of a jump")]
+    impulse: Annotated[FloatArray, Variable(".", None, "impulse in a joint", components=IMPULSES)]
+
+    @property
+    def size(self) -> FloatArray:
+        """Magnitudes (K,), N s."""
+        return np.asarray(np.linalg.norm(self.impulse, axis=-1))
+
+
+@dataclass(frozen=True)
 class EnergyHistory:
     """Energies in J at the samples.
 
@@ -446,7 +464,9 @@ class Result:
     both ends of the run and every turn in between; of a contact the largest ``force_N`` and
     ``penetration_m`` of each step that it pressed, none if it never did.
     `laps` are events of that kind, of every slot on a closed curve, and the begins of stages. What
-    is there in some stages alone has no values (nan) in the others.
+    is there in some stages alone has no values (nan) in the others. `joint_impulses` are those of
+    joints and slots without play, by name, where contacts by impulse made speeds jump in minimal
+    coordinates: forces at samples have none of them.
     `scene` is what was asked for; with the parts of all its stages, if it has any. A run that was
     measured is the more accurate one of two, whose own tolerance is in its `settings`; `error` is
     what the distance of both tells, or why there is none.
@@ -481,6 +501,7 @@ class Result:
     frictions: Mapping[str, FrictionHistory] = field(default_factory=dict)  # of joints with any
     gear_forces: Annotated[Series, Variable("time", "N", "force of a gear")] = NO_SERIES
     gear_torques: Annotated[Series, Variable("time", "N m", "torque of a gear")] = NO_SERIES
+    joint_impulses: Mapping[str, JumpHistory] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Let nobody change what a run gave: it would be saved as the run."""
@@ -540,6 +561,9 @@ def later(result: Result, by: float) -> Result:
         k: replace(x, begin=x.begin + by, end=x.end + by) for k, x in result.frictions.items()
     }
     extremes = {k: replace(x, time=x.time + by) for k, x in result.extremes.items()}
+    histories["joint_impulses"] = {
+        k: replace(x, time=x.time + by) for k, x in result.joint_impulses.items()
+    }
     laps = tuple(replace(lap, time=lap.time + by) for lap in result.laps)
     time, error = result.time + by, result.error.later(by)
     return replace(result, time=time, extremes=extremes, laps=laps, error=error, **histories)

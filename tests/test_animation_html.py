@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import results
-from browsing.chromium import browser, program
+from browsing.chromium import browser, lacking
 from pages import read_page
 
 from exudyn_flexlink.animation import film_of, page, player
@@ -85,7 +85,7 @@ def test_a_title_cannot_end_the_data_or_become_markup(run):
 
 @pytest.fixture(scope="module")
 def window():
-    if program() is None:
+    if lacking():
         pytest.skip("no Chromium, to look at pages with")
     with browser() as opened:
         yield opened

@@ -1,12 +1,12 @@
 """The report of a run in a real browser: on a phone, at a desk, in the dark, and printed."""
 
 import pytest
-from browsing.chromium import browser, program
+from browsing.chromium import browser, lacking
 from results import tilting_link
 
 from exudyn_flexlink.page import write_page
 
-pytestmark = pytest.mark.skipif(program() is None, reason="no Chromium, to look at pages with")
+pytestmark = pytest.mark.skipif(lacking(), reason="no Chromium, to look at pages with")
 
 PHONE, DESK = (390, 844), (1280, 900)  # pixels
 WIDEST = "document.documentElement.scrollWidth"

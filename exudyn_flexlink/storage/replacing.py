@@ -41,7 +41,7 @@ from pydantic_core import to_json
 from exudyn_flexlink.raising import Sendable
 
 PROGRAM: Final = "exudyn-flexlink"
-FORMAT = 16
+FORMAT = 17
 SUMMARY, ARRAYS = "summary.json", "result.nc"
 COMPARISON, ACCURACY = "comparison.json", "accuracy.json"
 STABILITY, SWEEP, FIT = "stability.json", "sweep.json", "fit.json"

@@ -454,6 +454,16 @@ def force_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
     return columns
 
 
+def impulse_columns(result: Result) -> dict[str, FloatArray]:
+    """Impulses in joints as impacts made speeds jump, as ``hinge.impulse_x_N_s`` (K,), and when."""
+    columns: dict[str, FloatArray] = {}
+    for name, jumps in result.joint_impulses.items():
+        parts = {"_x": jumps.impulse[:, 0], "_y": jumps.impulse[:, 1], "": jumps.size}
+        columns["t_s"] = jumps.time
+        columns |= {column_of(f"{name}.impulse{axis}", "N s"): of for axis, of in parts.items()}
+    return columns
+
+
 def all_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
     """All that is told at every sample, as columns (N,): ``link.angle_rad``, ``link.end.x_m``.
 
@@ -505,6 +515,8 @@ def tables_of(result: Result, time: Times = None) -> dict[str, Mapping[str, Colu
         tables[_free_name(f"touches_{_fit(name)}", tables)] = touch_columns(result, name)
         if name in result.contacts:
             tables[_free_name(f"strikes_{_fit(name)}", tables)] = strike_columns(result, name)
+    if result.joint_impulses:
+        tables["joint_impulses.csv"] = impulse_columns(result)
     happened = happening_columns(result)
     return tables | ({"happenings.csv": happened} if happened["t_s"] else {})
 
@@ -534,11 +546,12 @@ def save(result: Result, folder: Path, every: float | None = None) -> None:
     ``trajectory_<point>.csv`` of the watched point, ``forces.csv`` of all forces and torques,
     ``bending_<link>.csv`` of the hinges of every flexible link,
     ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<name>.csv`` of every
-    contact and joint with clearance that touched, ``strikes_<contact>.csv``, and ``happenings.csv``
-    of all that happened. The column crank_angle_rad has the name of its joint where
-    that is no crank, see `crank_column`, and is left out where the scene has no revolute joint.
-    Files of the same names are written over; inside a `staged_folder`, all is written whole or not
-    at all, and no file of the user is replaced.
+    contact and joint with clearance that touched, ``strikes_<contact>.csv``, ``joint_impulses.csv``
+    of what joints bore in impacts without duration, and ``happenings.csv`` of all that happened.
+    The column crank_angle_rad has the name of its joint where that is no crank, see `crank_column`,
+    and is left out where the scene has no revolute joint. Files of the same names are written over;
+    inside a `staged_folder`, all is written whole or not at all, and no file of the user is
+    replaced.
 
     Raises:
         OSError: the folder can't be written.
@@ -590,6 +603,10 @@ def _summary(result: Result) -> dict[str, Any]:
         "frictions": {
             name: entries(friction_columns(end), friction)
             for name, friction in result.frictions.items()
+        },
+        "joint_impulses": {
+            name: {"greatest_N_s": jumps.size.max(), "at_s": jumps.time[jumps.size.argmax()]}
+            for name, jumps in result.joint_impulses.items()
         },
         **last,
         "events": result.events,

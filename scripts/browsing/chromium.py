@@ -23,6 +23,7 @@ if sys.platform != "win32":
     import fcntl
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
+NEEDED = "FLEXLINK_NEEDS_CHROMIUM"  # variable of the environment: without a Chromium tests fail
 OPTIONS = (
     "--headless", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu", "--disable-quic",
     "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
@@ -40,6 +41,11 @@ def program() -> str | None:
     if sys.platform == "win32":
         return None
     return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+def lacking() -> bool:
+    """Tell whether there is no Chromium, and none is asked for: tests in one are skipped."""
+    return program() is None and not os.environ.get(NEEDED)
 
 
 class Page:

@@ -79,7 +79,8 @@ class Jump(NamedTuple):
 
     Impulse (N s), rate of the gap before and after (m/s), energy lost, work of the drives that keep
     their speeds (J), and the impulse of friction (N s). Of each joint (joints,) what its friction
-    loses (J); `motor_work` has those drives' work by that, too, at its end.
+    loses (J); `motor_work` has those drives' work by that, too, at its end. `rates` (links,) are
+    jumps of all speeds, `held` (links,) the impulses of motors, slots and loops.
     """
 
     speeds: FloatArray
@@ -90,6 +91,8 @@ class Jump(NamedTuple):
     motor_work: FloatArray
     rub: FloatArray
     joints_lost: FloatArray
+    rates: FloatArray
+    held: FloatArray
 
 
 class Blow(NamedTuple):
@@ -142,7 +145,8 @@ def jump_of(
     # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
     before = gaps.touching[:, 1]
     jumps = np.linalg.solve(at.mass, free.T) * impulses
-    drives = at.kept.mass @ matrix @ jumps - rows.T * impulses
+    rates = matrix @ jumps
+    drives = at.kept.mass @ rates - rows.T * impulses
     work = drives.T @ state.v
     of_each, of_joints = work[:count] + work[count : 2 * count], work[2 * count :].sum()
     turned = speeds + speeds + mobility[2 * count :] @ impulses
@@ -165,6 +169,8 @@ def jump_of(
         np.append(of_each, of_joints),
         blow.rub,
         joints_lost,
+        rates.sum(axis=1),
+        drives.sum(axis=1),
     )
 
 
@@ -439,6 +445,9 @@ class Impacts:
         coordinates.settle(time, end, np.zeros(len(z)))
         self.finder.look_again(end)
         self.recorder.leap_of_joints(jump.joints_lost, float(jump.motor_work[-1]))
+        impulses = np.zeros((2, len(self.model.contacts.all)))
+        impulses[:, which] = jump.impulse, jump.rub
+        self.recorder.jump(time, end, jump.rates, jump.held, impulses)
         for c, k in enumerate(which):
             totals = (jump.impulse[c], jump.lost[c], jump.motor_work[c])
             self.recorder.leap(k, *map(float, totals))

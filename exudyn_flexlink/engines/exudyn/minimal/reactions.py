@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,13 +16,15 @@ from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
-from exudyn_flexlink.engines.exudyn.minimal.recording import TreeKept
+from exudyn_flexlink.engines.exudyn.minimal.recording import Leaps, TreeKept
 from exudyn_flexlink.engines.recording import Kept, push_of
 from exudyn_flexlink.mechanism import (
     GROUND,
     Contact,
+    LinearSpring,
     RopeContact,
     ToothPush,
+    approach,
     flank_pushes,
     force_at,
     left_of,
@@ -48,21 +51,29 @@ class Reactions:
     on_parts: list[tuple[int, FloatArray]] = field(default_factory=list)
 
 
-def reactions_of(
-    model: MinimalModel, kept: Kept, poses: FloatArray, contacts: Sequence[Contact]
-) -> Reactions:
-    """Reactions at instants (n,) that are kept, with the parts at `poses` (n, parts, 3).
+class Constrained(NamedTuple):
+    """Coordinates x (n, links), places of slots (n, slots), constraint forces (n, links) on them.
 
-    Where joints are redundant their forces are the least of those that are possible. `contacts` are
-    those whose forces are kept: the flanks of gears with play push these.
+    The forces are those of motors, slots and loops, or their impulses.
     """
-    tree: TreeKept = kept.of_engine
-    x, places, forces = tree.x, kept.places, tree.forces
-    presses = {contact.name: kept.press[:, k] for k, contact in enumerate(contacts)}
-    teeth = flank_pushes(contacts, presses, poses)
+
+    x: FloatArray
+    places: FloatArray
+    forces: FloatArray
+
+
+def reactions_of(
+    model: MinimalModel, state: Constrained, poses: FloatArray, flanks: Sequence[ToothPush]
+) -> Reactions:
+    """Reactions at instants (n,), with the parts at `poses` (n, parts, 3).
+
+    Where joints are redundant their forces are the least of those that are possible. `flanks` are
+    pushes of gears with play.
+    """
     if isinstance(model.coordinates, ClosedCoordinates):
-        return _of_closures(model, kept, poses, teeth)
-    reactions = Reactions(on_parts=[(push.part, push.force) for push in teeth])
+        return _of_closures(model, state, poses, flanks)
+    x, places, forces = state
+    reactions = Reactions(on_parts=[(push.part, push.force) for push in flanks])
     number = {slot.name: k for k, slot in enumerate(model.assembly.mechanism.slots)}
     for guided in model.layout.slots:
         force = _guided(guided, x, places[:, number[guided.slot.name]], forces)
@@ -101,21 +112,21 @@ def _moment(
 
 
 def _of_closures(
-    model: MinimalModel, kept: Kept, poses: FloatArray, loose: Sequence[ToothPush]
+    model: MinimalModel, state: Constrained, poses: FloatArray, flanks: Sequence[ToothPush]
 ) -> Reactions:
-    tree: TreeKept = kept.of_engine
+    x, places, forces = state
     coordinates = model.coordinates
     assert isinstance(coordinates, ClosedCoordinates)
     closures, motors = coordinates.closures, model.layout.motors
     # Places count along the whole curves, not on their present pieces.
     curves = [point.slot.curve.places for point in coordinates.points]
-    jacobian = closures.jacobian(closures.joined(tree.x, kept.places), curves)
-    multipliers, rest = _multipliers(jacobian, closures.known, tree.forces)
+    jacobian = closures.jacobian(closures.joined(x, places), curves)
+    multipliers, rest = _multipliers(jacobian, closures.known, forces)
     reactions = Reactions()
     reactions.gears = {gear.name: multipliers[:, row] for row, gear in closures.gears}
-    teeth = [*loose, *tooth_pushes((g for _, g in closures.gears), reactions.gears, poses)]
+    teeth = [*flanks, *tooth_pushes((g for _, g in closures.gears), reactions.gears, poses)]
     reactions.on_parts += [(push.part, push.force) for push in teeth]
-    in_joints = closures.forces(tree.x, multipliers)
+    in_joints = closures.forces(x, multipliers)
     # Of the gaps those of joints are the first; motors along slides have some, too.
     rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
     for joint, (first, second), reaction in rows:
@@ -147,53 +158,29 @@ def _multipliers(
     return np.asarray(multipliers), np.asarray(rest[:, :links])
 
 
-class JointForces:
-    """Forces and torques at instants (n,) that are kept, with the forces of all `contacts`."""
+class _InJoints:
+    """Forces in joints, or impulses, at instants (n,), by Newton's law for what hangs on each.
 
-    def __init__(self, model: MinimalModel, contacts: Sequence[Contact], kept: Kept) -> None:
+    `moved` has accelerations, or jumps of speeds; `reactions` are those of the same instants.
+    `pulls` are of springs, `on_points` of contacts on their first parts, and `forces` by name those
+    between two parts, `force_parts`, all (n, 2); `gravity` (2,) is taken off accelerations.
+    """
+
+    def __init__(
+        self, model: MinimalModel, time: FloatArray, moved: Motions, reactions: Reactions
+    ) -> None:
         self.model, self.mechanism = model, model.assembly.mechanism
-        self.kept = kept
-        tree: TreeKept = kept.of_engine
-        self.time = kept.t
-        self.moved: Motions = motions(model.layout, model.kinematics, tree.x, tree.v, tree.a)
-        self.pulls = {
-            spring: spring_force(spring, self.moved.poses, self.moved.rates)
-            for spring in self.mechanism.linear_springs
-        }
-        self.on_points = self._pressing(contacts)
-        self.forces = {
-            force.name: force_at(force, self.time, self.moved.poses, self.moved.rates)
-            for force in self.mechanism.forces
-        }
-        self.force_parts = {
-            force.name: (force.point.part, GROUND) for force in self.mechanism.forces
-        }
-        self.reactions = reactions_of(model, kept, self.moved.poses, contacts)
+        self.time, self.moved, self.reactions = time, moved, reactions
+        self.pulls: dict[LinearSpring, FloatArray] = {}
+        self.on_points: list[tuple[Contact, FloatArray]] = []
+        self.forces: dict[str, FloatArray] = {}
+        self.force_parts: dict[str, tuple[int, int]] = {}
+        self.gravity = np.zeros(2)
         for motor in self.mechanism.speed_motors:
             if motor.slide:
-                line = line_of(motor.slide, self.moved.poses)
-                self.forces[motor.name] = self.reactions.torques.pop(motor.name)[:, None] * line
+                line = line_of(motor.slide, moved.poses)
+                self.forces[motor.name] = reactions.torques.pop(motor.name)[:, None] * line
                 self.force_parts[motor.name] = motor.second, motor.first
-
-    def _pressing(self, contacts: Sequence[Contact]) -> list[tuple[Contact, FloatArray]]:
-        """Forces (n, 2) of contacts on the first parts, N."""
-        points, pressed = [], self.kept.pressed
-        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
-            contact, rows = contacts[k], pressed[:, k]
-            at = self.moved.poses[rows], self.moved.rates[rows]
-            for piece in contact.pieces if isinstance(contact, RopeContact) else (contact,):
-                push = np.zeros((len(rows), 2))
-                push[rows] = push_of(piece, *at, self.kept.press[rows, k])
-                points.append((piece, push))
-        return points
-
-    def torques(self) -> dict[str, FloatArray]:
-        """Torque of each drive that has one on its joint's second part, N m."""
-        torques = dict(self.reactions.torques)
-        state = self.time, self.moved.poses, self.moved.rates
-        for motor in self.mechanism.torque_motors:
-            torques[motor.name] = sizes_at(motor.size, *state)
-        return torques
 
     def in_joints(self, names: Iterable[str]) -> dict[str, FloatArray]:
         """Force (n, 2) of joints of two points on their second one, N.
@@ -221,7 +208,7 @@ class JointForces:
         )
         arm = turned(np.array(body.centre), pose[:, 2])
         acceleration = bend[:, :2] + bend[:, 2:] * left_of(arm) - rate[:, 2:] ** 2 * arm
-        return np.asarray(body.mass * (acceleration - np.asarray(self.mechanism.gravity)))
+        return np.asarray(body.mass * (acceleration - self.gravity))
 
     def _given(self) -> list[FloatArray]:
         """Forces of slots, closed loops, springs, drives and contacts on each part, N."""
@@ -240,3 +227,68 @@ class JointForces:
             if part != GROUND:
                 given[part] += force
         return given
+
+
+class JointForces(_InJoints):
+    """Forces and torques at instants (n,) that are kept, with the forces of all `contacts`."""
+
+    def __init__(self, model: MinimalModel, contacts: Sequence[Contact], kept: Kept) -> None:
+        self.kept = kept
+        tree: TreeKept = kept.of_engine
+        moved = motions(model.layout, model.kinematics, tree.x, tree.v, tree.a)
+        presses = {contact.name: kept.press[:, k] for k, contact in enumerate(contacts)}
+        flanks = flank_pushes(contacts, presses, moved.poses)
+        state = Constrained(tree.x, kept.places, tree.forces)
+        reactions = reactions_of(model, state, moved.poses, flanks)
+        super().__init__(model, kept.t, moved, reactions)
+        self.gravity = np.asarray(self.mechanism.gravity)
+        self.pulls = {
+            spring: spring_force(spring, moved.poses, moved.rates)
+            for spring in self.mechanism.linear_springs
+        }
+        self.on_points = self._pressing(contacts)
+        for force in self.mechanism.forces:
+            self.forces[force.name] = force_at(force, self.time, moved.poses, moved.rates)
+            self.force_parts[force.name] = force.point.part, GROUND
+
+    def _pressing(self, contacts: Sequence[Contact]) -> list[tuple[Contact, FloatArray]]:
+        """Forces (n, 2) of contacts on the first parts, N."""
+        points, pressed = [], self.kept.pressed
+        for k in np.flatnonzero(pressed.any(axis=0)).tolist():
+            contact, rows = contacts[k], pressed[:, k]
+            at = self.moved.poses[rows], self.moved.rates[rows]
+            for piece in contact.pieces if isinstance(contact, RopeContact) else (contact,):
+                push = np.zeros((len(rows), 2))
+                push[rows] = push_of(piece, *at, self.kept.press[rows, k])
+                points.append((piece, push))
+        return points
+
+    def torques(self) -> dict[str, FloatArray]:
+        """Torque of each drive that has one on its joint's second part, N m."""
+        torques = dict(self.reactions.torques)
+        state = self.time, self.moved.poses, self.moved.rates
+        for motor in self.mechanism.torque_motors:
+            torques[motor.name] = sizes_at(motor.size, *state)
+        return torques
+
+
+class JointImpulses(_InJoints):
+    """Impulses in joints, N s, at instants (K,) at which speeds jump.
+
+    They follow as forces do, with the jumps in place of accelerations. Springs, weight and
+    prescribed forces have none: what they do takes time.
+    """
+
+    def __init__(self, model: MinimalModel, contacts: Sequence[Contact], leaps: Leaps) -> None:
+        still = np.zeros_like(leaps.x)
+        moved = motions(model.layout, model.kinematics, leaps.x, still, leaps.rates)
+        pushes = {contact.name: leaps.push[:, k] for k, contact in enumerate(contacts)}
+        flanks = flank_pushes(contacts, pushes, moved.poses)
+        state = Constrained(leaps.x, leaps.places, leaps.held)
+        reactions = reactions_of(model, state, moved.poses, flanks)
+        super().__init__(model, leaps.t, moved, reactions)
+        for k in np.flatnonzero(leaps.push.any(axis=0)).tolist():
+            contact, push, rub = contacts[k], leaps.push[:, k, None], leaps.rub[:, k]
+            at = approach(contact, moved.poses, moved.rates)
+            impulse = push * at.normal + (at.grip * rub)[:, None] * at.along
+            self.on_points.append((contact, impulse))

@@ -40,6 +40,22 @@ class TreeKept(NamedTuple):
     rests: FloatArray  # (m, joints): 1 where friction holds a joint
 
 
+class Leaps(NamedTuple):
+    """Jumps of speeds by impulses, at instants (K,), s; each is one row of these arrays.
+
+    Coordinates (links,), places of slots, jumps of the speeds, constraint impulses of motors, slots
+    and loops (links,), and impulses of all contacts across and along them (N s).
+    """
+
+    t: FloatArray
+    x: FloatArray
+    places: FloatArray
+    rates: FloatArray
+    held: FloatArray
+    push: FloatArray
+    rub: FloatArray
+
+
 class _Waiting(NamedTuple):
     """A step, and instants in it, s: `samples` of them, then the stages of its parts.
 
@@ -65,6 +81,7 @@ class TreeRecorder(BlockRecorder):
         # constant speeds and ramps. Other motions may shake fast, though by little.
         self._shaken = any(not isinstance(m.speed, Ramp) for m, _ in model.layout.motors.values())
         self._waiting: list[_Waiting] = []
+        self._leaps: list[Leaps] = []
         names = [point.slot.name for point in model.coordinates.points]
         self._points = [names.index(slot.name) for slot in mechanism.slots]
 
@@ -157,6 +174,17 @@ class TreeRecorder(BlockRecorder):
             self._places(ends),
         )
         self._book(steps, known, rates, at)
+
+    def jump(
+        self, t: float, at: TreeState, rates: FloatArray, held: FloatArray, impulses: FloatArray
+    ) -> None:
+        """Take a jump of all speeds (links,) at a state, by `impulses` (2, contacts): see Leaps."""
+        places = self._places(at.pick(None))[0]
+        self._leaps.append(Leaps(np.array(t), at.x, places, rates, held, *impulses))
+
+    def leaps(self) -> Leaps | None:
+        """Jumps so far, together; None: there was none."""
+        return Leaps._make(map(np.stack, zip(*self._leaps, strict=True))) if self._leaps else None
 
     # --- what is known ------------------------------------------------------------------------
 

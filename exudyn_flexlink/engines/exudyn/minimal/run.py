@@ -15,7 +15,7 @@ from exudyn_flexlink.engines.exudyn.engine import LOCKED_ADVICE, NO_SOLUTION, no
 from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
 from exudyn_flexlink.engines.exudyn.minimal.model import TROUBLES, MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.problem import MinimalProblem
-from exudyn_flexlink.engines.exudyn.minimal.reactions import JointForces
+from exudyn_flexlink.engines.exudyn.minimal.reactions import JointForces, JointImpulses
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeKept, TreeRecorder
 from exudyn_flexlink.engines.finer import LATE
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, interrupts, outcome_of, radau
@@ -37,7 +37,14 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout, tree_layout
 from exudyn_flexlink.observables import Watched
-from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Event, Outcome, Result
+from exudyn_flexlink.result import (
+    INTERRUPTED,
+    EngineSettings,
+    Event,
+    JumpHistory,
+    Outcome,
+    Result,
+)
 from exudyn_flexlink.scene import PointsJoint, Scene
 from exudyn_flexlink.source import Mistake, SceneError
 
@@ -76,6 +83,7 @@ class RunReader:
             self.held.in_joints(points),
             gears=self.held.reactions.gears,
             frictions=(kept.rests, kept.friction),
+            joint_impulses=self._impulses(points),
             engine="exudyn",
             settings=self._settings(),
             drive_torques=self.held.torques(),
@@ -84,6 +92,16 @@ class RunReader:
             warnings=warnings,
             outcome=outcome,
         )
+
+    def _impulses(self, points: list[str]) -> dict[str, JumpHistory]:
+        """Impulses in joints of two points and in slots, by name, if speeds jump anywhere."""
+        leaps = self.run.recorder.leaps()
+        if leaps is None:
+            return {}
+        jumps = JointImpulses(self.run.model, self.run.recorder.contacts, leaps)
+        impulses = jumps.in_joints(points)
+        impulses |= {s.name: jumps.reactions.forces[s.name] for s in self.mechanism.slots}
+        return {name: JumpHistory(leaps.t, values) for name, values in impulses.items()}
 
     def _settings(self) -> EngineSettings:
         step = self.run.scene.accuracy.step
