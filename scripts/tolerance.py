@@ -94,6 +94,8 @@ MECHANISMS = (
     "hard/kinked_drive",
     "hard/slow_train",
     "hard/rattle",
+    "hard/sheared",
+    "hard/pulley",
     "reference/four_bar",
     "reference/drives",
     "reference/circles",

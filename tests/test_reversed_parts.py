@@ -38,8 +38,10 @@ def without(data):
         key: without(value)
         for key, value in data.items()
         if key not in NOT_IN_REDUNDANT
-        and not (isinstance(value, dict) and value.get("type", "").endswith("_on_curve"))
+        and not (isinstance(value, dict) and value.get("type", "").endswith(("_on_curve", "rope")))
     }
+    if kept.get("type") == "gear":
+        kept = {key: kept[key] for key in kept.keys() - {"backlash", "start", "law"}}
     for key in LINEAR.keys() & kept.keys():
         if isinstance(kept.pop(key), dict) or kept.get("type") in {"linear", "torsional"}:
             kept |= LINEAR[key]

@@ -63,6 +63,8 @@ PART_CASES = (
     Case("jerked_spoke", "one equation", TOLD, EXUDYN, part_truths.jerked_spoke),
     Case("stops", "closed form", PLAIN, (MINIMAL,), part_truths.stops),
     Case("rattle", "closed form", PLAIN, (MINIMAL,), part_truths.rattle),
+    Case("sheared", "closed form", PLAIN, (MINIMAL,), part_truths.sheared),
+    Case("pulley", "closed form", PLAIN, (MINIMAL,), part_truths.pulley),
     Case("narrow_hollow", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("narrow_ring", "one equation", PLAIN, (MINIMAL,), part_truths.narrow_hollow),
     Case("barely_held", "closed form", PLAIN, (MINIMAL,), part_truths.barely_held),

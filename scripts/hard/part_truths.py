@@ -67,6 +67,28 @@ def rattle(result: Result) -> float:
     return _off(result, rim + np.array([0.05, 0.0]))
 
 
+def sheared(result: Result) -> float:
+    """A block that a force ``r t`` pulls, held until that is 120 N: ``m x' = r (t^2 - t0^2)/2``."""
+    rise, mass, held = 200.0, result.scene.bodies["block"].mass, 120.0
+    begin = held / rise
+    t = np.maximum(result.time, begin)
+    way = rise / mass * ((t**3 - begin**3) / 6 - begin**2 * (t - begin) / 2)
+    return _off(result, np.stack([way, 0 * way], axis=1))
+
+
+def pulley(result: Result) -> float:
+    """A stretch s that swings, ``s'' = 2 g - mu T``, and a load that falls: ``M x'' = M g - T``."""
+    scene, t = result.scene, result.time
+    load, weight = (body.mass for body in scene.bodies.values())
+    rope, mu = scene.springs["rope"], 1 / load + 1 / weight
+    damped = rope.damping * mu / 2
+    turning = sqrt(rope.stiffness * mu - damped**2)
+    swing = np.cos(turning * t) + damped / turning * np.sin(turning * t)
+    s = 2 * G / (rope.stiffness * mu) * (1 - np.exp(-damped * t) * swing)
+    fallen = G * t**2 / 2 - (G * t**2 - s) / (load * mu)
+    return _off(result, np.stack([0 * t, -fallen], axis=1))
+
+
 def trammel(result: Result) -> float:
     """A beam that turns evenly; at 0 its start is on the x axis, left of where the ways cross."""
     scene = result.scene
