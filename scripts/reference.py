@@ -325,6 +325,8 @@ def kind_of(value: Schema, parts: Schema) -> str:
 def plain(value: Schema) -> str:
     """A kind of value that has neither unit nor choice."""
     kind = value.get("type")
+    if isinstance(kind, list):
+        return "as of that key"
     if kind == "array":
         return "pair" if value.get("maxItems") == 2 else "list"
     words = {"string": "text", "boolean": "true, false", "number": "number", "object": "by name"}

@@ -9,6 +9,8 @@ from physics_tools import alone, scene
 
 from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.report.check import check_text
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import load, save
 
@@ -269,3 +271,10 @@ def test_a_stage_that_can_not_be_is_refused(stage, message):
 def test_turns_end_no_run_of_stages():
     with pytest.raises(SceneError, match="a run of stages has no turns"):
         scene(ROD, "run={turns: 1, of: pin, at_most: 2}", "stages=[{until: t - 1}]")
+
+
+def test_check_tells_what_stages_change():
+    carts = scene(CARTS)
+    text = " ".join(check_text(carts, assemble_scene(carts)).split())
+    way = "place(cart.front, x) - place(wagon.o, x) rises through 0"
+    assert f"stage 1 as {way}: without joints.track, with joints.hook" in text

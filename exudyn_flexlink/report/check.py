@@ -52,6 +52,7 @@ from exudyn_flexlink.scene import (
     SleeveJoint,
     SlotJoint,
     Spring,
+    Stage,
     Table,
     TorsionalSpring,
     Value,
@@ -314,6 +315,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
     judged = "it" if len(judges) == 1 else name_of(judges)
     watched = f"{watched_point(scene)} is shown; errors are judged by {judged}"
     rows = [["time", _time(scene, duration)], ["watched", watched]]
+    rows += [[f"stage {k}", _stage(stage)] for k, stage in enumerate(scene.stages, 1)]
     named = [(contact.name, contact) for contact in (*mechanism.contacts, *mechanism.bearings)]
     named += [(groove.name, groove.contacts[0]) for groove in mechanism.grooves]
     rows += [[name, _contact_duration(assembly, contact)] for name, contact in named]
@@ -349,6 +351,17 @@ def _time(scene: Scene, duration: float | None) -> str:
     """How long the run is, and what may end it before."""
     until = scene.run.until
     return _at_most(scene, duration) + (f", or until {until} rises through 0" if until else "")
+
+
+def _stage(stage: Stage) -> str:
+    """When a stage begins, and what it changes."""
+    added = [f"{key}.{name}" for key, parts in stage.add for name in parts]
+    changes = [
+        *(f"without {name}" for name in stage.remove),
+        *(f"with {name}" for name in added),
+        *(f"another {key}" for key in stage.set),
+    ]
+    return f"as {stage.until} rises through 0: {', '.join(changes) or 'as before'}"
 
 
 def _at_most(scene: Scene, duration: float | None) -> str:

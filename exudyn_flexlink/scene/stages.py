@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from exudyn_flexlink.expressions import Expression
 from exudyn_flexlink.scene.base import Condition, FrozenMapping, Named, Part, by_name
@@ -24,7 +24,8 @@ def _frozen(value: Any) -> Any:
     return tuple(_frozen(item) for item in value) if isinstance(value, (list, tuple)) else value
 
 
-Plain = Annotated[Any, BeforeValidator(_frozen)]
+ANY = {"type": ["number", "string", "boolean", "array", "object"]}
+Plain = Annotated[Any, BeforeValidator(_frozen), WithJsonSchema(ANY)]
 
 
 class Added(Part):
