@@ -222,15 +222,18 @@ def _next_stage(result: Result) -> tuple[Scene, float]:
         SceneError: the stage has no answer, or no time is left.
 
     """
-    scene, time = _staged(result, len(result.time) - 1), float(result.time[-1])
+    scene = _staged(result, len(result.time) - 1)
+    time = float(result.time[-1])
     names = {*scene.all_contacts, *scene.joints}
     pressing = {name: of for name, of in _pressing(result, time).items() if name in names}
     run = scene.run.model_copy(update={"duration": (scene.run.duration or inf) - time})
     initial = scene.initial.model_copy(update={"pressing": FrozenMapping(pressing)})
     scene = scene.changed(initial=initial, run=run)
-    assembly, mechanism = assemble_scene(scene), build_mechanism(scene)
+    assembly = assemble_scene(scene)
+    mechanism = build_mechanism(scene)
     rows = np.array([row for body in mechanism.bodies for row in scene.initial.states[body]])
-    before, after = rows[:, 3:], assembly.state.v
+    before = rows[:, 3:]
+    after = assembly.state.v
     moves = np.hypot(*(assembly.state.q - rows[:, :3])[:, :2].T)
     reaches = np.array([part.reach for part in mechanism.parts])
     k = int(np.argmax(moves / reaches))
@@ -482,21 +485,22 @@ def _series_of_both(first: Result, second: Result, lost: float = 0.0) -> Result:
     There energy is `lost` (J); a gain was supplied.
     """
     seam = _Seam(float(first.time[-1]), (len(first.time), len(second.time)))
-    fields = {
-        m.name: _joined(getattr(first, m.name), getattr(second, m.name), m.variable, seam)
-        for m in members(Result)
-        if m.name in SERIES
-    }
+    fields: dict[str, Any] = {}
+    for member in members(Result):
+        if member.name in SERIES:
+            before, after = getattr(first, member.name), getattr(second, member.name)
+            fields[member.name] = _joined(before, after, member.variable, seam)
     energy, tail = first.energy, second.energy
     steps = {"stored": 0.0, "dissipated": max(0.0, lost), "supplied": max(0.0, -lost)}
     for name, step in steps.items():  # which each run may count from its start
         values, more = getattr(energy, name), getattr(tail, name)
         both = np.concatenate([values, values[-1] + step + (more[1:] - more[0])])
         fields["energy"] = replace(fields["energy"], **{name: both})
-    fields["frictions"] = {
-        name: _rubbed(*_both(first.frictions, second.frictions, name, None, seam), seam.end)
-        for name in {**first.frictions, **second.frictions}
-    }
+    frictions: dict[str, FrictionHistory] = {}
+    for name in {**first.frictions, **second.frictions}:
+        earlier, later_on = _both(first.frictions, second.frictions, name, None, seam)
+        frictions[name] = _rubbed(earlier, later_on, seam.end)
+    fields["frictions"] = frictions
     return replace(
         first,
         **fields,
@@ -607,12 +611,13 @@ def _touching(first: Intervals, second: Intervals, end: float) -> Intervals:
             before[k] = replace(touch, end=end)
             continue
         after.remove(last)
-        kept = {key: getattr(touch, key) for key in ("begin", "place", "approach_speed")}
-        sums = ("impulse", "energy_lost")
-        kept |= {key: getattr(touch, key) + getattr(last, key) for key in sums}
-        largest = ("peak_force", "penetration")
-        kept |= {key: max(getattr(touch, key), getattr(last, key)) for key in largest}
-        before[k] = replace(last, **kept)
+        impulse = touch.impulse + last.impulse
+        lost = touch.energy_lost + last.energy_lost
+        force = max(touch.peak_force, last.peak_force)
+        depth = max(touch.penetration, last.penetration)
+        last = replace(last, begin=touch.begin, place=touch.place, impulse=impulse)
+        last = replace(last, approach_speed=touch.approach_speed, energy_lost=lost)
+        before[k] = replace(last, peak_force=force, penetration=depth)
     return Intervals.of([*before, *after])
 
 
@@ -621,9 +626,11 @@ def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> Frict
     begin = np.concatenate([first.begin, second.begin])
     end = np.concatenate([np.minimum(first.end, at), second.end])
     lasting = np.flatnonzero((end[:-1] == at) & (begin[1:] == at))
+    torque = np.concatenate([first.torque, second.torque[1:]])
+    lost = np.nan_to_num(first.lost[-1]) + second.lost[1:]
     return FrictionHistory(
-        np.concatenate([first.torque, second.torque[1:]]),
-        np.concatenate([first.lost, np.nan_to_num(first.lost[-1]) + second.lost[1:]]),
+        torque,
+        np.concatenate([first.lost, lost]),
         np.delete(begin, lasting + 1),
         np.delete(end, lasting),
     )
