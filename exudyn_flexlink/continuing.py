@@ -18,7 +18,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, Variable, members
 from exudyn_flexlink.curves import Laps, ends_of_lap, next_lap
-from exudyn_flexlink.loading import assemble_scene, put_together
+from exudyn_flexlink.loading import SHORTEST_RUN, assemble_scene, put_together
 from exudyn_flexlink.mechanism import (
     CLOSED,
     Assembly,
@@ -201,6 +201,8 @@ def through_stages(
             never = f"stage {number} never came: its 'until' did not rise through 0"
             return replace(whole, scene=everything, warnings=(*whole.warnings, never))
         begin = float(whole.time[-1])
+        if end - begin < SHORTEST_RUN:
+            return replace(whole, scene=everything)
         try:
             part, lost = _next_stage(result)
         except (CannotContinueError, SceneError) as error:

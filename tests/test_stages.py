@@ -216,6 +216,13 @@ def test_a_stage_that_never_comes_is_told():
     assert any("stage 1 never came" in warning for warning in result.warnings)
 
 
+def test_a_stage_that_comes_as_the_run_ends_changes_nothing():
+    stages = "stages=[{until: t - 0.1 s, remove: [joints.pin]}]"
+    result = alone(ROD, "run={duration: 0.1 s}", stages)
+    assert result.time[-1] == pytest.approx(0.1, abs=1e-12)
+    assert np.isfinite(result.joint_forces["pin"]).all()
+
+
 def test_what_closes_must_be_where_it_can():
     apart = "stages=[{until: t - 0.1, add: {joints: {stop: {type: weld, "
     result = simulate(scene(ROD, apart + "points: [ground, rod.tip], at: [0, -1]}}}}]"))
