@@ -21,6 +21,7 @@ FILES = [file for file in sorted(EXAMPLES.glob("*.yaml")) if file.stem != "suppo
 DOCUMENTS = {file.stem: load_document(file) for file in FILES}
 TOLERANCE = 1e-5
 NOT_IN_REDUNDANT = {"friction", "acts", "preload", "limits", "freewheel"}
+NOT_IN_REDUNDANT |= {"stages", "pressing"}
 LINEAR = {  # in place of tables and formulas
     "torque": {"stiffness": 2, "rest_angle": 0.5, "damping": 0.1},
     "force": {"stiffness": 300, "length": 0.1, "damping": 5},

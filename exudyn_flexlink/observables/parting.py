@@ -173,11 +173,13 @@ def force_deviations(
             straight_between(run.time, value, time)
             for run, value in zip((first, second), values, strict=True)
         )
-        gone = np.isnan(first_force + second_force)  # of a part that is not there in a stage
-        same = alike & ~gone.reshape(len(time), -1).any(axis=1)
+        same = alike
+        if first.stages:  # a part may not be there in one of them
+            gone = np.isnan(first_force + second_force)
+            same = alike & ~gone.any(axis=tuple(range(1, gone.ndim)))
         if force.quantity.startswith("friction"):
             ways = (_slip(run, force.name, time) for run in (first, second))
-            same &= np.equal(*ways)
+            same = same & np.equal(*ways)
         free, touched = (
             _spread(time[part], force.lengths, first_force[part], second_force[part])
             for part in (same & ~in_touch, same & in_touch)
