@@ -638,8 +638,9 @@ class JointFrictions:
         rests = np.broadcast_to(self.way == 0, torque.shape)
         friction = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
         whole = kept.force + torque @ self.rows
-        # What slides brakes, also where contacts with what drives move carry it along.
-        acts = np.where((self.way != 0)[:, None], self._free(kept.state), known.free)
+        acts = known.free
+        if not even:  # what slides brakes, also where contacts with what drives move carry it along
+            acts = np.where((self.way != 0)[:, None], self._free(kept.state), acts)
         free = at.force + (torque[:, None] @ acts)[:, 0]
         return at._replace(force=free, kept=kept._replace(force=whole, friction=friction))
 
