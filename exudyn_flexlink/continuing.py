@@ -26,7 +26,6 @@ from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
     closest,
-    mass_blocks,
     motor_place,
     place_in,
     slot_point,
@@ -60,6 +59,7 @@ from exudyn_flexlink.scene import (
 from exudyn_flexlink.source import SceneError
 
 Progress = Callable[[float], None]
+"""Called now and then with the part of the run that is done, 0 to 1."""
 
 BESIDE = 1e-6  # of a curve's size: nearer to its seam, rounding decides on the side
 DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
@@ -171,82 +171,87 @@ def _pressing(result: Result, time: float) -> dict[str, tuple[tuple[int, float],
 # --- stages ---------------------------------------------------------------------------------------
 
 STAGE_ADVICE = "another 'until' of the stage, or places that meet then"
-LEAST_JUMP = 1e-9  # of the largest speed: a smaller jump of speeds is rounding, and loses nothing
 CLOSES_WITHIN = 1e-6  # of a part's reach: what closes may be so far off, as places are typed
+NO_LOSS = 1e-12  # of the kinetic energy: a smaller change of it, as a run goes on, is rounding
 
 
 def through_stages(
     scene: Scene, run: Callable[[Scene, Progress | None], Result], progress: Progress | None
 ) -> Result:
     """Run a scene through its stages, each by `run`, and return the result of all."""
-    whole: Result | None = None
-    part, begin, lost, end = first_stage(scene), 0.0, 0.0, scene.run.duration or inf
-    everything = whole_scene(scene)
-
-    def further(done: float) -> None:
-        assert progress is not None
-        progress((begin + done * (end - begin)) / end if scene.stages else done)
-
-    while True:
-        result = run(part, progress and further)
-        if whole is None:
-            whole = result
-        else:
-            outcome = replace(result.outcome, time=result.outcome.time + begin)
-            whole = replace(_series_of_both(whole, later(result, begin), lost), outcome=outcome)
-        if not part.stages or not result.outcome.completed:
-            return replace(whole, scene=everything)
-        number = len(scene.stages) - len(part.stages) + 1
+    whole = result = run(first_stage(scene), progress)
+    end = scene.run.duration or inf
+    for number in range(1, len(scene.stages) + 1):
+        begin = float(whole.time[-1])
+        if not result.outcome.completed:
+            break
         if not result.outcome.until:
             never = f"stage {number} never came: its 'until' did not rise through 0"
-            return replace(whole, scene=everything, warnings=(*whole.warnings, never))
-        begin = float(whole.time[-1])
+            whole = replace(whole, warnings=(*whole.warnings, never))
+            break
         if end - begin < SHORTEST_RUN:
-            return replace(whole, scene=everything)
+            break
         try:
-            part, lost = _next_stage(result)
+            part = _next_stage(result)
         except (CannotContinueError, SceneError) as error:
             why = error.mistakes[0].message if isinstance(error, SceneError) else str(error)
-            reason, advice = f"stage {number} can't begin: {why}", STAGE_ADVICE
-            outcome = Outcome(False, begin, reason, advice)
-            return replace(whole, scene=everything, outcome=outcome)
-        details = {"energy_lost": lost}
-        whole = replace(whole, laps=(*whole.laps, Event(begin, STAGE, f"stage {number}", details)))
+            reason = f"stage {number} can't begin: {why}"
+            whole = replace(whole, outcome=Outcome(False, begin, reason, STAGE_ADVICE))
+            break
+        result = run(part, progress and _from(progress, begin / end))
+        whole = _with_stage(whole, result, f"stage {number}")
+    return replace(whole, scene=whole_scene(scene)) if scene.stages else whole
 
 
-def _next_stage(result: Result) -> tuple[Scene, float]:
-    """Return the scene that goes on with the next stage, and the energy (J) lost as it begins.
+def _from(progress: Progress, begin: float) -> Progress:
+    """Progress of what is left of a run after a part of it."""
+    return lambda done: progress(begin + done * (1 - begin))
+
+
+def _with_stage(whole: Result, result: Result, name: str) -> Result:
+    """Return one result of a run and of its next stage."""
+    begin = float(whole.time[-1])
+    lost = _lost_between(whole, result)
+    event = Event(begin, STAGE, name, {"energy_lost": lost})
+    both = _series_of_both(whole, later(result, begin))
+    outcome = replace(result.outcome, time=result.outcome.time + begin)
+    return replace(both, laps=(*whole.laps, event, *both.laps[len(whole.laps) :]), outcome=outcome)
+
+
+def _lost_between(first: Result, second: Result) -> float:
+    """Kinetic energy (J) that impulses take as a run goes on; below zero: that drives supply."""
+    before, after = float(first.energy.kinetic[-1]), float(second.energy.kinetic[0])
+    return before - after if abs(before - after) > NO_LOSS * max(before, after) else 0.0
+
+
+def _next_stage(result: Result) -> Scene:
+    """Return the scene with which a run goes on in its next stage.
 
     What presses goes on to press. Where what closes had speeds that differ, it acts by an impulse.
 
     Raises:
         CannotContinueError: what is to close is not where it can.
-        SceneError: the stage has no answer, or no time is left.
+        SceneError: the stage has no answer.
 
     """
-    scene = _staged(result, len(result.time) - 1)
-    time = float(result.time[-1])
+    time, scene = float(result.time[-1]), _staged(result, len(result.time) - 1)
     names = {*scene.all_contacts, *scene.joints}
-    pressing = {name: of for name, of in _pressing(result, time).items() if name in names}
-    run = scene.run.model_copy(update={"duration": (scene.run.duration or inf) - time})
-    initial = scene.initial.model_copy(update={"pressing": FrozenMapping(pressing)})
-    scene = scene.changed(initial=initial, run=run)
+    pressing = {name: pairs for name, pairs in _pressing(result, time).items() if name in names}
+    scene = scene.changed(
+        initial=scene.initial.model_copy(update={"pressing": FrozenMapping(pressing)}),
+        run=scene.run.model_copy(update={"duration": (scene.run.duration or inf) - time}),
+        solver=scene.solver.model_copy(update={"formulation": "minimal"}),
+    )
     assembly = assemble_scene(scene)
-    mechanism = build_mechanism(scene)
-    rows = np.array([row for body in mechanism.bodies for row in scene.initial.states[body]])
-    before = rows[:, 3:]
-    after = assembly.state.v
-    moves = np.hypot(*(assembly.state.q - rows[:, :3])[:, :2].T)
-    reaches = np.array([part.reach for part in mechanism.parts])
-    k = int(np.argmax(moves / reaches))
-    if moves[k] > CLOSES_WITHIN * reaches[k]:
-        body = mechanism.parts[k].body
-        message = f"what closes there is apart: '{body}' would have to move by {moves[k]:.3g} m"
-        raise CannotContinueError(message)
-    masses = mass_blocks(mechanism, assembly.state.q)
-    first, second = (0.5 * np.einsum("pi,pij,pj", v, masses, v) for v in (before, after))
-    jumps = float(np.abs(after - before).max()) > LEAST_JUMP * float(np.abs(before).max())
-    return scene, float(first - second) if jumps else 0.0
+    moves = np.hypot(*(assembly.state.q - result.poses[-1])[:, :2].T)
+    parts = assembly.mechanism.parts
+    far = moves / [part.reach for part in parts]
+    k = int(np.argmax(far))
+    if far[k] > CLOSES_WITHIN:
+        raise CannotContinueError(
+            f"what closes there is apart: '{parts[k].body}' would have to move by {moves[k]:.3g} m"
+        )
+    return scene
 
 
 def _staged(result: Result, k: int) -> Scene:
@@ -478,21 +483,19 @@ def joined(first: Result, second: Result) -> Result:
         # How the first run's error grows in the second was not measured.
         error=first.error if unknown else replace(first.error, stopped=end),
     )
-    return replace(whole, scene=first.scene.changed(run=_run(whole, second.scene.run)))
+    scene = first_stage(first.scene).changed(run=_run(whole, second.scene.run))
+    return replace(whole, scene=whole_scene(scene))
 
 
-def _series_of_both(first: Result, second: Result, lost: float = 0.0) -> Result:
-    """Join what is along time, of a run and of one that begins as it ends, by its clock.
-
-    There energy is `lost` (J); a gain was supplied.
-    """
+def _series_of_both(first: Result, second: Result) -> Result:
+    """Join what is along time, of a run and of one that begins as it ends, by its clock."""
     seam = _Seam(float(first.time[-1]), (len(first.time), len(second.time)))
     fields: dict[str, Any] = {}
     for member in members(Result):
         if member.name in SERIES:
             before, after = getattr(first, member.name), getattr(second, member.name)
             fields[member.name] = _joined(before, after, member.variable, seam)
-    energy, tail = first.energy, second.energy
+    energy, tail, lost = first.energy, second.energy, _lost_between(first, second)
     steps = {"stored": 0.0, "dissipated": max(0.0, lost), "supplied": max(0.0, -lost)}
     for name, step in steps.items():  # which each run may count from its start
         values, more = getattr(energy, name), getattr(tail, name)
@@ -500,8 +503,8 @@ def _series_of_both(first: Result, second: Result, lost: float = 0.0) -> Result:
         fields["energy"] = replace(fields["energy"], **{name: both})
     frictions: dict[str, FrictionHistory] = {}
     for name in {**first.frictions, **second.frictions}:
-        earlier, later_on = _both(first.frictions, second.frictions, name, None, seam)
-        frictions[name] = _rubbed(earlier, later_on, seam.end)
+        histories = _both(first.frictions, second.frictions, name, None, seam)
+        frictions[name] = _rubbed(*histories, seam.end)
     fields["frictions"] = frictions
     return replace(
         first,
@@ -575,10 +578,10 @@ def _both(
     first: Mapping[str, Any], second: Mapping[str, Any], name: str, variable: Any, seam: _Seam
 ) -> tuple[Any, Any]:
     """What two runs tell of this name; nothing of a part that one of them does not have."""
-    one, other = first.get(name), second.get(name)
-    if one is None:
-        one = _absent(other, variable, seam.samples[0])
-    return one, _absent(one, variable, seam.samples[1]) if other is None else other
+    before, after = first.get(name), second.get(name)
+    if before is None:
+        return _absent(after, variable, seam.samples[0]), after
+    return before, _absent(before, variable, seam.samples[1]) if after is None else after
 
 
 def _absent(value: Any, variable: Variable | None, samples: int) -> Any:

@@ -339,6 +339,22 @@ def moving_drives(assembly: Assembly) -> list[Mistake]:
     ]
 
 
+def pressing_badly(scene: Scene, mechanism: Mechanism) -> list[Mistake]:
+    """What a scene says that presses as it goes on, and that is not there."""
+    counts = dict.fromkeys(mechanism.numbers, 1)
+    counts |= {channel.name: len(channel.contacts) for channel in mechanism.channels}
+    counts |= {groove.name: len(groove.contacts) for groove in mechanism.grooves}
+    notes = []
+    for name, pairs in scene.initial.pressing.items():
+        path, count = ("initial", "pressing", name), counts.get(name, 0)
+        if not count:
+            message = f"'{name}' is no contact, no stop and no joint with walls"
+            notes.append(Mistake(path, message, on_key=True))
+        elif not all(0 <= pair < count for pair, _ in pairs):
+            notes.append(Mistake(path, f"'{name}' has the pairs 0 to {count - 1} alone"))
+    return notes
+
+
 def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
     """Contacts, bearings and slots that start pressed: a start that no step size can mend.
 
@@ -616,6 +632,7 @@ def put_together(scene: Scene) -> Assembly:
 def _start_mistakes(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
     """What can't be at time 0; where it is `resting`, contacts may press."""
     return [
+        *pressing_badly(scene, assembly.mechanism),
         *penetrations(scene, assembly, resting),
         *(() if resting else pressed_walls(scene, assembly)),
         *outside_guides(scene, assembly),

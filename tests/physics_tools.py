@@ -38,6 +38,22 @@ joints:
 accuracy: {tolerance: 1.0e-8}
 """
 
+FALLING_ROD = """
+bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
+               points: {o: [0, 0], tip: [0.8, 0]}}}
+joints: {pin: {type: revolute, points: [ground, rod.o], at: [0, 0]}}
+gravity: 9.81
+run: {duration: 2}
+accuracy: {tolerance: 1.0e-10}
+"""
+PULLED_BOX = """
+bodies: {box: {type: rigid, mass: 3, inertia: 1, points: {o: [0, 0]}}}
+joints: {pin: {type: revolute, points: [ground, box.o], at: [0, 0]}}
+drives: {pull: {type: force, point: box.o, value: ["200*t", 0]}}
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-9}
+"""
+
 
 def arm_and_ball(line, start, duration):
     """An arm that turns at 3 rad/s, a ball of 2 kg that a line of it (m along the arm) strikes."""

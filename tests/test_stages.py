@@ -5,6 +5,8 @@ Numbers are closed forms, or two integrations by different methods that agree to
 
 import numpy as np
 import pytest
+from physics_tools import FALLING_ROD as ROD
+from physics_tools import PULLED_BOX as BOX
 from physics_tools import alone, scene
 
 from exudyn_flexlink.continuing import continued
@@ -14,14 +16,6 @@ from exudyn_flexlink.report.check import check_text
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import load, save
 
-ROD = """
-bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
-               points: {o: [0, 0], tip: [0.8, 0]}}}
-joints: {pin: {type: revolute, points: [ground, rod.o], at: [0, 0]}}
-gravity: 9.81
-run: {duration: 2}
-accuracy: {tolerance: 1.0e-10}
-"""
 THROWN = ROD.replace(
     "run: {duration: 2}",
     """
@@ -37,14 +31,6 @@ run: {duration: 2, until: "t - 0.6215570326 s"}
 stages: [{until: "force(pin) - 23.544 N", remove: [joints.pin]}]
 """,
 )
-BOX = """
-bodies: {box: {type: rigid, mass: 3, inertia: 1, points: {o: [0, 0]}}}
-joints: {pin: {type: revolute, points: [ground, box.o], at: [0, 0]}}
-drives: {pull: {type: force, point: box.o, value: ["200*t", 0]}}
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-9}
-stages: [{until: "force(pin) - 120 N", remove: [joints.pin]}]
-"""
 ARMS = """
 bodies:
   arm: {type: rigid, mass: 1, inertia: 0.03, centre_of_mass: [0.3, 0],
@@ -125,7 +111,7 @@ def test_a_pin_shears_at_its_force():
 
 def test_what_is_pulled_flies_off_as_its_pin_breaks():
     """2B: 3 kg, pulled by 200 N/s t; the pin breaks at 120 N."""
-    result = alone(BOX)
+    result = alone(BOX, 'stages=[{until: "force(pin) - 120 N", remove: [joints.pin]}]')
     assert begins(result) == pytest.approx([0.6], abs=1e-12)
     assert result.poses[-1, 0, 0] == pytest.approx(3.911111111, abs=1e-8)
     assert result.rates[-1, 0, 0] == pytest.approx(21.33333333, abs=1e-7)
@@ -278,6 +264,62 @@ def test_a_stage_that_can_not_be_is_refused(stage, message):
 def test_turns_end_no_run_of_stages():
     with pytest.raises(SceneError, match="a run of stages has no turns"):
         scene(ROD, "run={turns: 1, of: pin, at_most: 2}", "stages=[{until: t - 1}]")
+
+
+STRIKER = """
+bodies:
+  arm: {type: rigid, mass: 1, inertia: 0.1, centre_of_mass: [0.3, 0],
+        points: {o: [0, 0], tip: [0.6, 0]}}
+  bob: {type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0], rim: [0.2, 0]}}
+joints:
+  pin: {type: revolute, points: [ground, arm.o], at: [0, 0]}
+  hook: {type: revolute, points: [arm.tip, bob.o],
+         limits: {from: -40 deg, to: 40 deg, law: {type: impulse, restitution: 0.5}}}
+drives: {motor: {type: speed, joint: pin, value: 2}}
+initial: {speeds: {bob: 8}}
+run: {duration: 0.6}
+accuracy: {tolerance: 1.0e-8}
+stages:
+  - until: "t - 0.3"
+    remove: [drives.motor]
+    add:
+      drives: {brake: {type: speed, joint: pin, value: 1}}
+"""
+
+
+def test_a_motor_takes_the_place_of_another(tmp_path):
+    """Both would be refused in one scene; of both the result tells, and is kept."""
+    result = alone(STRIKER)
+    assert np.isfinite(result.drive_torques["motor"]).sum() > 1
+    assert np.isfinite(result.drive_torques["brake"][-1])
+    k = result.sample_at(begins(result)[0])
+    assert result.rates[k, 0, 2] == pytest.approx(2.0)
+    assert result.rates[-1, 0, 2] == pytest.approx(1.0)
+    assert np.abs(result.energy.residual).max() < 1e-7
+    save(result, tmp_path / "run")
+    loaded = load(tmp_path / "run")
+    assert list(loaded.scene.drives) == ["motor", "brake"]
+    assert list(loaded.joint_impulses) == ["pin", "hook"]
+    assert np.array_equal(loaded.joint_impulses["hook"].time, result.joint_impulses["hook"].time)
+
+
+def test_all_stages_are_in_minimal_coordinates():
+    """A given step alone would let the last stage be in redundant ones."""
+    result = simulate(scene(THROWN, "accuracy={step: 1 ms}"))
+    assert result.outcome.completed
+    assert result.settings.formulation == "minimal"
+    assert not any("redundant" in warning for warning in result.warnings)
+    assert result.time[-1] == pytest.approx(1.183224211, abs=2e-9)
+
+
+@pytest.mark.parametrize(
+    ("pressing", "message"),
+    [("{foo: [[0, 1]]}", "'foo' is no contact"), ("{way: [[0, 1]]}", "'way' is no contact")],
+)
+def test_what_is_said_to_press_must_be_there(pressing, message):
+    states = "states: {cart: [[0, 0, 0, 0, 0, 0]], wagon: [[0.2, 0, 0, 0, 0, 0]]}"
+    with pytest.raises(SceneError, match=message):
+        scene(CARTS, "stages=[]", f"initial={{{states}, pressing: {pressing}}}")
 
 
 def test_check_tells_what_stages_change():

@@ -5,6 +5,8 @@ Numbers are closed forms, or two integrations by different methods that agree to
 
 import numpy as np
 import pytest
+from physics_tools import FALLING_ROD as ROD
+from physics_tools import PULLED_BOX as BOX
 from physics_tools import alone, run_model, scene
 
 from exudyn_flexlink.continuing import continued, joined
@@ -14,21 +16,6 @@ from exudyn_flexlink.report.check import check_text
 from exudyn_flexlink.report.run import run_text
 from exudyn_flexlink.source import SceneError
 
-ROD = """
-bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
-               points: {o: [0, 0], tip: [0.8, 0]}}}
-joints: {pin: {type: revolute, points: [ground, rod.o], at: [0, 0]}}
-gravity: 9.81
-run: {duration: 2}
-accuracy: {tolerance: 1.0e-10}
-"""
-BOX = """
-bodies: {box: {type: rigid, mass: 3, inertia: 1, points: {o: [0, 0]}}}
-joints: {pin: {type: revolute, points: [ground, box.o], at: [0, 0]}}
-drives: {pull: {type: force, point: box.o, value: ["200*t", 0]}}
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-9}
-"""
 ROTOR = """
 bodies: {wheel: {type: rigid, mass: 1, inertia: 0.05, points: {hub: [0, 0]}}}
 joints: {axle: {type: revolute, points: [ground, wheel.hub], at: [0, 0]}}

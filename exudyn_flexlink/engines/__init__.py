@@ -12,7 +12,7 @@ from types import ModuleType
 
 from threadpoolctl import ThreadpoolController
 
-from exudyn_flexlink.continuing import instant_of, through_stages
+from exudyn_flexlink.continuing import Progress, instant_of, through_stages
 from exudyn_flexlink.engines.diagnostics import diagnosed
 from exudyn_flexlink.engines.finer import given_up, measured_by, partner, retuned, unmeasured
 from exudyn_flexlink.engines.interrupts import (
@@ -29,9 +29,6 @@ from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.shipped import ENGINES, EXUDYN, THIS, version_of
 from exudyn_flexlink.source import KeyPath, dotted
-
-Progress = Callable[[float], None]
-"""Called now and then with the part of the run that is done, 0 to 1."""
 
 FIRST = 0.4  # of the progress of two runs: what the first one takes of it
 
@@ -182,8 +179,8 @@ def _run(
     room, threads = _loaded(engine)
     limits = share ** (1 / room.order(scene)) if share != 1 else 1.0
 
-    def of_stage(part: Scene, told: Progress | None) -> Result:
-        made = room.run(retuned(part, share, limits), told, limits, seed=seed)
+    def of_stage(part: Scene, report: Progress | None) -> Result:
+        made = room.run(retuned(part, share, limits), report, limits, seed=seed)
         return diagnosed(replace(made, scene=part))
 
     # Matrices are small: numpy's threads would wait for one another most of the time.

@@ -289,10 +289,17 @@ class Flight:
         # Here all is nearer than `way`: no distance bends more than on a circle of that radius.
         fastest = speed + h * self._bend / 2
         turn = h * (self._bend + fastest**2 / self._radius)
-        sag = h * turn / 8
-        if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
-            return True
-        return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None
+        return _sure_by_ends(before, after, h, turn)
+
+
+def _sure_by_ends(
+    before: Glimpse | _Rope, after: Glimpse | _Rope, h: float, turn: float
+) -> bool | None:
+    """As `Flight.sure`, by gaps at both ends of a part h whose rate changes by `turn` at most."""
+    sag = h * turn / 8
+    if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
+        return True
+    return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None
 
 
 class _Rope(NamedTuple):
@@ -355,10 +362,7 @@ class RopeFlight:
             return None
         fastest = speeds + h * self._bends / 2
         turn = h * float(self._bends.sum() + (fastest[:-1] ** 2 / least).sum())
-        sag = h * turn / 8
-        if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
-            return True
-        return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None
+        return _sure_by_ends(before, after, h, turn)
 
 
 def _rope(places: ComplexArray, rates: ComplexArray) -> _Rope:

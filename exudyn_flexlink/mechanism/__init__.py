@@ -115,6 +115,7 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
 from exudyn_flexlink.mechanism.schedule import (
+    NOT_BEFORE,
     Resolution,
     TurnGoal,
     coarse_tolerance,

@@ -54,6 +54,7 @@ from exudyn_flexlink.scene.joints import (
     ends_of,
     meshes_of,
 )
+from exudyn_flexlink.scene.stages import CHANGING, at_first
 from exudyn_flexlink.source import MOST_SHOWN, KeyPath, Mistake, did_you_mean
 
 _NOUNS = {"materials": "material", "curves": "curve", "bodies": "body", "joints": "joint"}
@@ -393,7 +394,14 @@ _NAME = re.compile(r"[^\W\d](?:[\w -]*[\w-])?")
 
 
 def find_mistakes(parts: Parts) -> list[Mistake]:
-    """Return the mistakes of all checks in this file."""
+    """Return the mistakes of all checks in this file, in what is there before the first stage."""
+    stages = parts.sections.get("stages") or ()
+    present = {
+        key: at_first(key, parts.sections[key], stages)
+        for key in CHANGING
+        if stages and parts.sections.get(key)
+    }
+    parts = Parts({**parts.sections, **present})
     checks = (_odd_names, Parts.lost_names, _curves, _joints, _springs, _drives, _contacts)
     others = (_materials_of_laws, gear_mistakes, _initial, _run, _until, _outputs, point_masses)
     return [mistake for check in (*checks, *others) for mistake in check(parts)]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
@@ -13,6 +13,7 @@ from exudyn_flexlink.scene.contacts import Contact
 from exudyn_flexlink.scene.forces import Drive, Spring
 from exudyn_flexlink.scene.joints import Joint
 
+Value = TypeVar("Value")
 CHANGING = ("joints", "springs", "drives", "contacts")
 """Sections of which a stage may add and remove parts."""
 
@@ -54,3 +55,21 @@ class Stage(Part):
         default_factory=Added,
         description="parts that come; angles of welds and slides: as they stand then, if left out",
     )
+
+
+def at_first(section: str, parts: Mapping[str, Value], stages: Sequence[Stage]) -> dict[str, Value]:
+    """Parts of a section without those that come in a later stage.
+
+    A scene may have these, too: a result's does, which knows the parts of all stages by name.
+    """
+    return {n: part for n, part in parts.items() if not _comes_later(section, n, part, stages)}
+
+
+def _comes_later(section: str, name: str, part: object, stages: Sequence[Stage]) -> bool:
+    """Tell whether a stage adds this very part, and none before it removes it."""
+    for stage in stages:
+        if f"{section}.{name}" in stage.remove:
+            return False
+        if name in getattr(stage.add, section):
+            return bool(getattr(stage.add, section)[name] == part)
+    return False

@@ -8,7 +8,7 @@ from typing import Any
 
 from exudyn_flexlink.scene.model import Scene, check_document
 from exudyn_flexlink.scene.run import INITIAL_OF_JOINTS
-from exudyn_flexlink.scene.stages import CHANGING, Stage
+from exudyn_flexlink.scene.stages import CHANGING, Stage, at_first
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, dotted
 
 LEAST_NAMES = 2  # behind a section: of the part, and of its key
@@ -35,39 +35,16 @@ def whole_scene(scene: Scene) -> Scene:
     sections = {section: dict(getattr(scene, section)) for section in CHANGING}
     for stage in scene.stages:
         for section, parts in sections.items():
-            for name, part in _added(stage, section).items():
+            for name, part in getattr(stage.add, section).items():
                 parts.setdefault(name, part)
     return scene.changed(**sections) if scene.stages else scene
 
 
 def first_stage(scene: Scene) -> Scene:
     """Return a scene without the parts that come in a later stage, if it has any."""
-    later = [
-        (section, name)
-        for section in CHANGING
-        for name in getattr(scene, section)
-        if _comes_later(scene, section, name)
-    ]
-    sections = {
-        section: {n: x for n, x in getattr(scene, section).items() if (section, n) not in later}
-        for section in {section for section, _ in later}
-    }
-    return scene.changed(**sections) if later else scene
-
-
-def _comes_later(scene: Scene, section: str, name: str) -> bool:
-    """Tell whether a stage adds this very part, and none before it removes it."""
-    for stage in scene.stages:
-        if f"{section}.{name}" in stage.remove:
-            return False
-        if name in _added(stage, section):
-            return bool(_added(stage, section)[name] == getattr(scene, section)[name])
-    return False
-
-
-def _added(stage: Stage, section: str) -> Mapping[str, Any]:
-    added: Mapping[str, Any] = getattr(stage.add, section)
-    return added
+    sections = {key: at_first(key, getattr(scene, key), scene.stages) for key in CHANGING}
+    fewer = any(len(parts) < len(getattr(scene, key)) for key, parts in sections.items())
+    return scene.changed(**sections) if fewer else scene
 
 
 def after_stage(
@@ -87,14 +64,11 @@ def after_stage(
     mistakes = list(_change(data, changes))
     for name, angle in (angles or {}).items():
         data["joints"][name]["angle"] = angle
-    given = data["initial"]
-    for key in (*INITIAL_OF_JOINTS, "pressing"):
-        if key in given:
-            names = {name.split(".")[0] for name in given[key]} & {
-                *data.get("joints", ()),
-                *data.get("contacts", ()),
-            }
-            given[key] = {n: x for n, x in given[key].items() if n.split(".")[0] in names}
+    # It begins with a state of the run; what is given of joints may be of those that are gone.
+    joints = data.get("joints", {})
+    for key in INITIAL_OF_JOINTS:
+        given = data["initial"].get(key, {})
+        data["initial"][key] = {name: x for name, x in given.items() if name in joints}
     if not mistakes:
         checked = check_document(Document(scene.document.name, data=data))
         mistakes = [_within(mistake, stage) for mistake in checked.mistakes]

@@ -455,12 +455,19 @@ def force_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
 
 
 def impulse_columns(result: Result) -> dict[str, FloatArray]:
-    """Impulses in joints as impacts made speeds jump, as ``hinge.impulse_x_N_s`` (K,), and when."""
-    columns: dict[str, FloatArray] = {}
+    """Impulses in joints as impacts made speeds jump, as ``hinge.impulse_x_N_s`` (K,), and when.
+
+    A joint that was not there then has no value (nan).
+    """
+    instants = np.unique(np.concatenate([x.time for x in result.joint_impulses.values()]))
+    columns: dict[str, FloatArray] = {"t_s": instants}
     for name, jumps in result.joint_impulses.items():
         parts = {"_x": jumps.impulse[:, 0], "_y": jumps.impulse[:, 1], "": jumps.size}
-        columns["t_s"] = jumps.time
-        columns |= {column_of(f"{name}.impulse{axis}", "N s"): of for axis, of in parts.items()}
+        rows = np.searchsorted(instants, jumps.time)
+        for axis, values in parts.items():
+            column = np.full(len(instants), np.nan)
+            column[rows] = values
+            columns[column_of(f"{name}.impulse{axis}", "N s")] = column
     return columns
 
 

@@ -152,8 +152,8 @@ def prepare(
             model, recorder, goal, half_periods(assembly), end, accuracy.step,
             pressing_at_start(scene, mechanism), goes_on,
         )  # fmt: skip
-        checked = problem.until is not None and not seed and not goes_on
-        ended = problem.until.mistakes(path) if checked and problem.until else []
+        asked = None if seed or goes_on else problem.until
+        ended = asked.mistakes(path) if asked else []
     except LockedError as error:
         mistake = Mistake(
             ("joints", error.joint, error.key), f"{error}, as it starts", error.advice
