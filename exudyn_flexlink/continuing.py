@@ -1,10 +1,10 @@
 """Scenes that continue a run from one of its instants, and one result of a run and its sequel.
 
-The state of a mechanism is the poses and velocities of its parts, the laps of points in slots, and
-the time of its drives. In a run of stages each begins with the state of the one before; there what
-presses goes on to press. A contact that presses has more: when, where and how fast its touch began,
-which some laws ask for (see `laws`), and under an impulse law that it lasts. So a run can be
-continued only from instants at which nothing presses.
+The state of a mechanism is the poses and velocities of its parts, the laps of points in slots, the
+time of its drives, and what presses: how fast its touch began, which some laws ask for (see
+`laws`), and under an impulse law that it lasts. Runs in minimal coordinates can begin so; others
+can be continued only from instants at which nothing presses. In a run of stages each begins with
+the state of the one before.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from exudyn_flexlink.mechanism import (
     approach,
     build_mechanism,
     closest,
+    formulation,
     motor_place,
     place_in,
     slot_point,
@@ -73,16 +74,19 @@ def continued(result: Result, at: float | None = None) -> Scene:
     """Return the scene that begins with the state of a run at its sample next to `at` (s).
 
     Left out, `at` is the end. All else stays, such as accuracy and duration. Times of the new run
-    begin at 0; drives know the time before it by ``initial.clock``. Springs that rest in the
-    assembled position keep that rest position.
+    begin at 0; drives know the time before it by ``initial.clock``, contacts what presses by
+    ``initial.pressing``. Springs that rest in the assembled position keep that rest position.
 
     Raises:
-        CannotContinueError: something presses at that instant, or it is not in the run.
+        CannotContinueError: the instant is not in the run; or something presses then, in a run of
+            the Lagrangian or in redundant coordinates.
 
     """
     k = _sample(result, at)
-    _require_free(result, float(result.time[k]))
-    return _going_on(result, k)
+    time = float(result.time[k])
+    if result.engine != "exudyn" or formulation(result.scene) != "minimal":
+        _require_free(result, time)
+    return _as_it_presses(_going_on(result, k), result, time)
 
 
 def _sample(result: Result, at: float | None) -> int:
@@ -168,6 +172,14 @@ def _pressing(result: Result, time: float) -> dict[str, tuple[tuple[int, float],
     return pressing
 
 
+def _as_it_presses(scene: Scene, result: Result, time: float) -> Scene:
+    """Return a scene, that goes on from an instant (s) of a run, with what presses then."""
+    names = {*scene.all_contacts, *scene.joints}
+    pressing = {name: pairs for name, pairs in _pressing(result, time).items() if name in names}
+    update = {"pressing": FrozenMapping(pressing)}
+    return scene.changed(initial=scene.initial.model_copy(update=update))
+
+
 # --- stages ---------------------------------------------------------------------------------------
 
 STAGE_ADVICE = "another 'until' of the stage, or places that meet then"
@@ -234,11 +246,9 @@ def _next_stage(result: Result) -> Scene:
         SceneError: the stage has no answer.
 
     """
-    time, scene = float(result.time[-1]), _staged(result, len(result.time) - 1)
-    names = {*scene.all_contacts, *scene.joints}
-    pressing = {name: pairs for name, pairs in _pressing(result, time).items() if name in names}
+    time = float(result.time[-1])
+    scene = _as_it_presses(_staged(result, len(result.time) - 1), result, time)
     scene = scene.changed(
-        initial=scene.initial.model_copy(update={"pressing": FrozenMapping(pressing)}),
         run=scene.run.model_copy(update={"duration": (scene.run.duration or inf) - time}),
         solver=scene.solver.model_copy(update={"formulation": "minimal"}),
     )

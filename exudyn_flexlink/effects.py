@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from exudyn_flexlink import scene as specs
@@ -53,6 +53,22 @@ def absent(scene: Scene, effects: Iterable[str]) -> list[str]:
 
 def _changed(parts: Mapping[str, Any], change: Callable[[Any], Any]) -> dict[str, Any]:
     return {name: change(part) for name, part in parts.items()}
+
+
+def _in_all_stages(scene: Scene, changes: Mapping[str, Callable[[Any], Any]]) -> dict[str, Any]:
+    """Change every part of some sections, also those that stages add."""
+    made = {key: _changed(getattr(scene, key), change) for key, change in changes.items()}
+    later = {key: change for key, change in changes.items() if key in specs.CHANGING}
+    stages = [
+        _with_added(stage, {key: _changed(getattr(stage.add, key), later[key]) for key in later})
+        for stage in scene.stages
+    ]
+    return {**made, "stages": tuple(stages)}
+
+
+def _with_added(stage: specs.Stage, sections: Mapping[str, Mapping[str, Any]]) -> specs.Stage:
+    frozen = {key: specs.FrozenMapping(parts) for key, parts in sections.items()}
+    return stage.model_copy(update={"add": stage.add.model_copy(update=frozen)})
 
 
 def _ideal(joint: specs.Joint) -> specs.Joint:
@@ -117,14 +133,40 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
     bodies = {name: body for name, body in scene.bodies.items() if name not in gone}
     kept = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
     joints = {n: _limited(j, None) for n, j in kept.items()}
+    springs = {n: s for n, s in scene.springs.items() if _holds(s, joints, gone)}
+    left: dict[str, Mapping[str, Any]] = {
+        "joints": joints,
+        "springs": springs,
+        "drives": scene.drives,
+    }
     return {
         "contacts": {},
         "curves": {name: curve for name, curve in scene.curves.items() if curve.on not in gone},
         "bodies": bodies,
         "joints": joints,
-        "springs": {n: s for n, s in scene.springs.items() if _holds(s, joints, gone)},
+        "springs": springs,
         "initial": _initial_of(scene.initial, bodies, joints),
+        "stages": tuple(_stages_without_impact(scene.stages, left)),
     }
+
+
+def _stages_without_impact(
+    stages: Iterable[specs.Stage], left: Mapping[str, Mapping[str, Any]]
+) -> Iterator[specs.Stage]:
+    """Stages that add no contact and no limits, and change only what is `left`, by section."""
+    known = {f"{section}.{name}" for section, parts in left.items() for name in parts}
+    for stage in stages:
+        joints = _changed(stage.add.joints, lambda joint: _limited(joint, None))
+        made = _with_added(stage, {"joints": joints, "contacts": {}})
+        known |= {f"{key}.{n}" for key in specs.CHANGING for n in getattr(made.add, key)}
+        removed = tuple(name for name in stage.remove if name in known)
+        values = {
+            key: value
+            for key, value in stage.set.items()
+            if ".".join(key.split(".")[:2]) in known | {"gravity"} and ".limits" not in key
+        }
+        update = {"remove": removed, "set": specs.FrozenMapping(values)}
+        yield made.model_copy(update=update)
 
 
 def _initial_of(
@@ -187,17 +229,11 @@ def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
 
 
 EFFECTS: dict[str, Callable[[Scene], dict[str, Any]]] = {
-    "clearance": lambda scene: {"joints": _changed(scene.joints, _ideal)},
-    "flexibility": lambda scene: {"bodies": _changed(scene.bodies, _rigid)},
+    "clearance": lambda scene: _in_all_stages(scene, {"joints": _ideal}),
+    "flexibility": lambda scene: _in_all_stages(scene, {"bodies": _rigid}),
     "impact": _without_impact,
-    "friction": lambda scene: {
-        "joints": _changed(scene.joints, _smooth),
-        "contacts": _changed(scene.contacts, _smooth),
-    },
-    "damping": lambda scene: {
-        "bodies": _changed(scene.bodies, _undamped),
-        "springs": _changed(scene.springs, _lossless),
-    },
+    "friction": lambda scene: _in_all_stages(scene, {"joints": _smooth, "contacts": _smooth}),
+    "damping": lambda scene: _in_all_stages(scene, {"bodies": _undamped, "springs": _lossless}),
 }
 
 
@@ -214,20 +250,26 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     """
     if impact not in IMPACTS:
         raise ValueError(f"no impact '{impact}'; there is: {', '.join(IMPACTS)}")
+    whole = specs.whole_scene(scene)
     if impact == "penalty":
-        jumping = [name for name, law in scene.laws.items() if isinstance(law, specs.ImpulseLaw)]
-        _refuse(scene, jumping, *NO_STIFFNESS)
+        jumping = [name for name, law in whole.laws.items() if isinstance(law, specs.ImpulseLaw)]
+        _refuse(whole, jumping, *NO_STIFFNESS)
         return scene
-    touching = {**scene.contacts, **scene.stops}
+    touching = {**whole.contacts, **whole.stops}
     lossy = [name for name, contact in touching.items() if contact.law.restitution is None]
-    _refuse(scene, lossy, *NO_RESTITUTION)
-    contacts = {n: c.model_copy(update={"law": _jumping(c.law)}) for n, c in scene.contacts.items()}
-    stopped = {
-        stop.joint: specs.ImpulseLaw(restitution=_returned(stop.law))
-        for stop in scene.stops.values()
-    }
-    joints = {n: _limited(j, stopped[n]) if n in stopped else j for n, j in scene.joints.items()}
-    return scene.changed(contacts=contacts, joints=joints)
+    _refuse(whole, lossy, *NO_RESTITUTION)
+    return scene.changed(**_in_all_stages(scene, {"contacts": _striking, "joints": _stopping}))
+
+
+def _striking(contact: Any) -> Any:
+    return contact.model_copy(update={"law": _jumping(contact.law)})
+
+
+def _stopping(joint: specs.Joint) -> specs.Joint:
+    """Return a joint whose limits, or flanks, act by impulses, if it has some."""
+    part = joint if isinstance(joint, specs.GearJoint) else getattr(joint, "limits", None)
+    law = getattr(part, "law", None)
+    return joint if law is None else _limited(joint, specs.ImpulseLaw(restitution=_returned(law)))
 
 
 NO_RESTITUTION = (

@@ -63,6 +63,7 @@ from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.scene import (
     GROUND,
+    Flank,
     LinearSpring,
     Scene,
     apply_settings,
@@ -358,10 +359,13 @@ def pressing_badly(scene: Scene, mechanism: Mechanism) -> list[Mistake]:
 def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
     """Contacts, bearings and slots that start pressed: a start that no step size can mend.
 
-    What starts `resting` may press; tables of forces still end.
+    What starts `resting` may press; tables of forces still end. What goes on from another run and
+    does not press has come behind its face round an end of that, as all but redundant coordinates
+    know.
     """
     notes = [] if resting else list(_beyond_stops(scene, assembly))
     state, pressing = assembly.state, scene.initial.pressing
+    goes_on = bool(scene.initial.states) and formulation(scene) == "minimal"
     for contact in assembly.mechanism.contacts:
         if contact.name not in scene.contacts:
             law, depth = contact.law, -float(approach(contact, state.q, state.v).gap)
@@ -373,7 +377,7 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
             continue
         at = approach(contact, state.q, state.v)
         # Farther behind than the face is long, it is beside it and may come round its end.
-        if pressed_at(contact, at) and not resting and contact.name not in pressing:
+        if pressed_at(contact, at) and not resting and not goes_on:
             depth = -float(at.gap)
             message = f"starts with a penetration of {depth:.3g} m"
             notes.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
@@ -400,6 +404,10 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
         gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
         pressing = contact.name in scene.initial.pressing
         if stop is not None and gap < -TOUCHING and not pressing:
+            if isinstance(stop, Flank):
+                message = "is beyond the flanks: at most half the 'backlash', either way"
+                yield Mistake(("joints", stop.joint, "start"), message)
+                continue
             place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
             way = "less" if stop.end == "from" else "more"
             message = f"'{stop.joint}' starts at {stop.text(place)}, {way} than its limit"

@@ -12,6 +12,8 @@ from exudyn_flexlink.accuracy.study import with_stiffer_contacts
 from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.engines import simulate
+from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.scene import Run
 from exudyn_flexlink.source import SceneError
 
 R1, R2, J2 = 0.03, 0.02, 2e-4
@@ -224,6 +226,23 @@ def test_a_run_goes_on_where_it_is_in_the_play():
     )
 
 
+def test_a_run_goes_on_while_teeth_give_way():
+    """The second joint is then beyond the play, by how far its teeth do."""
+    soft = "joints.mesh.law={stiffness: 40, restitution: 0.5}"
+    whole = alone(*COASTING, soft, "run.duration=0.02")
+    touch = next(iter(whole.intervals["mesh.from"]))
+    begun = continued(whole, (touch.begin + min(touch.end, 0.02)) / 2)
+    assert abs(begun.joints["mesh"].start) > begun.joints["mesh"].backlash / 2
+    rest = Run(duration=0.02 - begun.initial.clock)
+    again = simulate(begun.changed(run=rest), measure=False)
+    np.testing.assert_allclose(again.poses[-1], whole.poses[-1], atol=1e-9)
+
+
+def test_a_start_beyond_the_flanks_is_refused():
+    with pytest.raises(SceneError, match=r"joints\.mesh\.start: is beyond the flanks"):
+        assemble_scene(scene(PAIR, "joints.mesh.start=0.6 deg"))
+
+
 def test_effects_take_the_play_out_or_let_teeth_strike_rigidly():
     loose = scene(PAIR, "joints.mesh.law={stiffness: 400, restitution: 0.3}")
     ideal = idealise(loose, ["clearance"]).joints["mesh"]
@@ -236,7 +255,6 @@ def test_effects_take_the_play_out_or_let_teeth_strike_rigidly():
 
 REFUSED = {
     "joints.mesh.law=null": "'backlash' needs a 'law'",
-    "joints.mesh.start=0.6 deg": "beyond the flanks",
     "joints.mesh.backlash=0.2 mm": "expected an angle, since 'axle' is of type revolute",
     "joints.mesh.start=0.2 mm": "expected an angle, since 'axle' is of type revolute",
     "joints.mesh.backlash=-0.2 deg": "must be 0 or greater",

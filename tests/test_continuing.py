@@ -8,7 +8,14 @@ import pytest
 from physics_tools import MODELS, STEEL, scene
 from results import tilting_link
 
-from exudyn_flexlink.continuing import CannotContinueError, continued, free_spans, moved, state_at
+from exudyn_flexlink.continuing import (
+    CannotContinueError,
+    continued,
+    free_spans,
+    joined,
+    moved,
+    state_at,
+)
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
@@ -77,13 +84,53 @@ def test_a_link_with_clearance_goes_on_between_two_touches():
         continued(whole, pressed)
 
 
+def test_in_minimal_coordinates_a_run_goes_on_while_contacts_press():
+    """The force of the lever's law asks how fast S touched it, 3 ms before."""
+    settings = ("bodies.link.rods=2", "run={duration: 20 ms}", "accuracy.tolerance=1e-8")
+    model = load_scene(MODELS / "no_clearance.yaml", (*settings, "initial.angles.guide=178 deg"))
+    whole = simulate(model, measure=False)
+    strike = whole.intervals["strike"]
+    pressed = float(strike.begin[0] + 0.4 * (strike.end - strike.begin)[0])
+    first = simulate(model.changed(run=Run(duration=pressed)), measure=False)
+    begun = continued(first)
+    pairs = begun.initial.pressing["strike"]
+    assert pairs == ((0, pytest.approx(strike.approach_speed[0], rel=1e-6)),)
+    rest = Run(duration=model.run.duration - pressed)
+    again = simulate(begun.changed(run=rest), measure=False)
+    assert apart(whole, again) < both_off(whole)
+    both = joined(first, again).intervals["strike"]
+    assert len(both) == len(strike)
+    assert both.impulse[0] == pytest.approx(strike.impulse[0], rel=1e-5)
+
+
+PASSING = """
+bodies:
+  floor: {type: rigid, mass: 1, inertia: 1, points: {a: [0, 0], b: [1, 0]}}
+  ball: {type: rigid, mass: 1, inertia: 0, points: {c: [0, 0]}}
+joints: {fixed: {type: weld, points: [ground, floor.a], at: [0, 0]}}
+contacts:
+  hit: {type: point_on_line, point: ball.c, line: [floor.a, floor.b],
+        law: {stiffness: 1.0e+4, restitution: 0.5}}
+initial: {positions: {ball: [1.6, 1]}, velocities: {ball: [-1, -2]}}
+run: {duration: 1.0}
+accuracy: {tolerance: 1.0e-9}
+"""
+
+
+def test_what_came_round_the_end_of_a_face_stays_behind_it():
+    whole = simulate(scene(PASSING), measure=False)
+    again = rest_of(whole, 0.8)
+    assert not len(again.intervals["hit"])
+    assert again.poses[-1, 1, :2] == pytest.approx([0.6, -1.0], abs=1e-12)
+
+
 def test_a_short_span_is_told_by_ends_that_differ():
     """Between two touches of a rattle there may be less than a microsecond."""
     run = tilting_link()
     begins, ends = np.array([0.0, 0.34635312]), np.array([0.34635301, np.inf])
     touches = replace(run.sleeves["sleeve"].touches, begin=begins, end=ends)
     sleeve = replace(run.sleeves["sleeve"], touches=touches)
-    pressed = replace(run, sleeves={"sleeve": sleeve})
+    pressed = replace(run, engine="lagrangian", sleeves={"sleeve": sleeve})
     with pytest.raises(CannotContinueError, match=r"from 0\.346353 to 0\.3463531 s"):
         continued(pressed)
 

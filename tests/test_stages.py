@@ -10,6 +10,7 @@ from physics_tools import PULLED_BOX as BOX
 from physics_tools import alone, scene
 
 from exudyn_flexlink.continuing import continued
+from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.report.check import check_text
@@ -327,3 +328,44 @@ def test_check_tells_what_stages_change():
     text = " ".join(check_text(carts, assemble_scene(carts)).split())
     way = "place(cart.front, x) - place(wagon.o, x) rises through 0"
     assert f"stage 1 as {way}: without joints.track, with joints.hook" in text
+
+
+CATCH = """
+bodies: {rod: {type: rigid, mass: 1.2, inertia: 0.064, centre_of_mass: [0.4, 0],
+               points: {o: [0, 0], tip: [0.8, 0]}},
+         ball: {type: rigid, mass: 1, inertia: 0, points: {c: [0, 0]}}}
+joints: {pin: {type: revolute, points: [ground, rod.o], at: [0, 0]}}
+contacts: {hit: {type: point_on_line, point: ball.c, line: [rod.o, rod.tip],
+                 law: {stiffness: 1.0e+4, restitution: 0.5, friction: 0.2}}}
+initial: {positions: {ball: [0.5, 0.2]}}
+gravity: 9.81
+run: {duration: 1}
+accuracy: {tolerance: 1.0e-8}
+stages:
+  - until: t - 0.1
+    remove: [contacts.hit, joints.pin]
+    add:
+      joints: {held: {type: revolute, points: [ground, rod.o], at: [0, 0], friction: {torque: 1},
+                      limits: {from: -60 deg, law: {stiffness: 100, restitution: 0.4}}}}
+      contacts: {again: {type: point_on_line, point: ball.c, line: [rod.o, rod.tip],
+                         law: {stiffness: 1.0e+4, restitution: 0.5, friction: 0.2}}}
+  - until: t - 0.2
+    set: {joints.held.limits.from: -80 deg}
+    remove: [contacts.again]
+"""
+
+
+def test_effects_reach_what_stages_add():
+    staged = scene(CATCH)
+    smooth = idealise(staged, ["friction"]).stages[0].add
+    assert smooth.joints["held"].friction is None
+    assert smooth.contacts["again"].law.friction == 0
+    first, second = idealise(staged, ["impact"]).stages
+    assert first.remove == ("joints.pin",)
+    assert not first.add.contacts
+    assert first.add.joints["held"].limits is None
+    assert (second.remove, dict(second.set)) == ((), {})
+    rigid = with_impact(staged, "impulse").stages[0].add
+    assert rigid.joints["held"].limits.law.restitution == 0.4
+    assert rigid.contacts["again"].law.type == "impulse"
+    assert idealise(staged, ["clearance"]) == staged

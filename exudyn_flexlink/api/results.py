@@ -190,11 +190,12 @@ class Result(PlainResult):
         """Return the scene that goes on from this run's sample next to `at` (s), or from its end.
 
         It runs for so many `turns` of the crank or a `duration`, by its own clock; left out, as
-        long as this one did. A run can't go on from an instant at which something presses. `joined`
-        makes one result of both runs.
+        long as this one did. In minimal coordinates what presses goes on to press; other runs can't
+        go on from such an instant. `joined` makes one result of both runs.
 
         Raises:
-            CannotContinueError: something presses then; the text says when nothing does.
+            CannotContinueError: something presses then, and the run is not in minimal coordinates;
+                the text says when nothing does.
             SceneError: it can't run so long.
             ValueError: turns and a duration; or turns, and the scene has no revolute joint.
 
@@ -598,7 +599,8 @@ def joined(first: PlainResult, second: PlainResult) -> Result:
     long as both; settings and versions are those of the first.
 
     Raises:
-        CannotContinueError: something presses where the first run ends.
+        CannotContinueError: something presses where the first run ends, and it is not in minimal
+            coordinates.
         ValueError: the second run does not go on from there, or is by another engine; or a contact
             strikes a body that no joint carries, whose displacement is told from each start anew.
 

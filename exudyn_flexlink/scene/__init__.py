@@ -94,5 +94,5 @@ from exudyn_flexlink.scene.run import (
     Run,
     Solver,
 )
-from exudyn_flexlink.scene.stages import Stage
+from exudyn_flexlink.scene.stages import CHANGING, Stage
 from exudyn_flexlink.scene.staging import after_stage, first_stage, stage_scenes, whole_scene

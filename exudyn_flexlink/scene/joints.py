@@ -43,7 +43,6 @@ from exudyn_flexlink.scene.contacts import (
 Teeth = Annotated[int, Strict(), Field(ge=1)]
 GEARED = Refers("joints", "a revolute or prismatic joint", ("revolute", "prismatic"))
 GearedName = Annotated[str, Strict(), GEARED]
-ROUNDED = 1e-9  # of the play: a start on a flank may be typed so far beyond
 Two = Annotated[tuple[GearedName, GearedName], listed("joint", "joint")]
 
 
@@ -90,12 +89,10 @@ class GearJoint(Part):
         return self
 
     @model_validator(mode="after")
-    def _starts_within_the_play(self) -> GearJoint:
+    def _has_a_law_of_its_flanks(self) -> GearJoint:
         if self.backlash > 0 and self.law is None:
             hint = "of teeth that strike, e.g. law: {type: impulse, restitution: 0.5}"
             refuse("'backlash' needs a 'law'", hint, at="backlash")
-        if abs(self.start) > self.backlash / 2 * (1 + ROUNDED):
-            refuse("is beyond the flanks: at most half the 'backlash', either way", at="start")
         return self
 
     @property

@@ -64,7 +64,13 @@ from exudyn_flexlink.integrate.problem import Evaluation, State
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import HybridProblem, slow_motions
 from exudyn_flexlink.laws import Impulse
-from exudyn_flexlink.mechanism import Seen, TurnGoal, deepest_allowed, pressed_among
+from exudyn_flexlink.mechanism import (
+    Seen,
+    TurnGoal,
+    deepest_allowed,
+    half_periods,
+    pressed_among,
+)
 from exudyn_flexlink.result import Interval
 
 Path = Step | DenseStep
@@ -424,13 +430,14 @@ class Problem(HybridProblem):
         system: System,
         recorder: Recorder,
         goal: TurnGoal | None,
-        halves: list[float],
         end: float,
+        *,
+        goes_on: bool,
     ) -> None:
-        """`halves` (s) are half periods of contacts, `end` that of the run."""
+        """A run to `end` (s); one that `goes_on` from another begins where nothing presses."""
         self.system, self.recorder, self.goal = system, recorder, goal
         self.reached, self.stop_reason, self.stop_advice = False, "", ""
-        self._halves, self._end = halves, end
+        self._halves, self._end = half_periods(system.model.assembly), end
         self._parts = recorder.seeker.nodes  # of a step, where it is known
         self._last = len(self._parts) - 1
         self._first = inf  # s: limit of the first step after a contact has closed
@@ -446,7 +453,7 @@ class Problem(HybridProblem):
         self.look_now()
         faces = contacts.all[: contacts.faces]
         idle = system.model.mechanism.idle_walls
-        touching = pressed_among(faces, system.model.assembly.state.q)
+        touching = [] if goes_on else pressed_among(faces, system.model.assembly.state.q)
         pressed = [k for k in touching if k not in idle]
         self.touches.start(
             np.where(np.isin(range(len(faces)), pressed), 0.0, self.seen.gap[: len(faces)])

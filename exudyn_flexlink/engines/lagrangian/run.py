@@ -25,7 +25,7 @@ from exudyn_flexlink.integrate.solve import Solution
 from exudyn_flexlink.integrate.stepper import ErrorControl, ImplicitStepper
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.loading import assemble_scene
-from exudyn_flexlink.mechanism import Mechanism, end_of_run, half_periods, sample_times, turn_goal
+from exudyn_flexlink.mechanism import Mechanism, end_of_run, sample_times, turn_goal
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Event, Integrator, Outcome, Result
 from exudyn_flexlink.scene import Scene
@@ -100,7 +100,8 @@ def prepare(
     seeker = ExtremeSeeker(watched, system.contacts.all, control.method.nodes)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)
     goal = turn_goal(scene, assembly)
-    problem = Problem(system, recorder, goal, half_periods(assembly), end)
+    goes_on = bool(scene.initial.states)
+    problem = Problem(system, recorder, goal, end, goes_on=goes_on)
     if seed:
         problem.start_off()
     stepper: ImplicitStepper | ExplicitStepper

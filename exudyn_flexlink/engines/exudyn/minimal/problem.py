@@ -87,7 +87,10 @@ class MinimalProblem:
 
     def __post_init__(self) -> None:
         contacts, assembly = self.model.contacts, self.model.assembly
-        touching = pressed_among(assembly.mechanism.touching, assembly.state.q)
+        if self.goes_on:
+            touching = [k for k in self.carried if k < contacts.count]
+        else:
+            touching = pressed_among(assembly.mechanism.touching, assembly.state.q)
         pressed = [k for k in touching if k not in contacts.idle]
         self.finder = EventFinder(self.model, self.goal, self)
         springs = contacts.lets_go.copy()
