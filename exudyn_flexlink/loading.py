@@ -23,7 +23,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import Expression, NoValueError
 from exudyn_flexlink.laws import SpringTable
 from exudyn_flexlink.mechanism import (
-    TOUCHING,
     Assembly,
     CannotAssembleError,
     CannotMoveError,
@@ -61,6 +60,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.once import once_for_each
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 from exudyn_flexlink.scene import (
     GROUND,
     LinearSpring,
@@ -379,14 +379,14 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
             notes.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
-        if gap < -TOUCHING and not resting and bearing.name not in pressing:
+        if gap < -PLACE_ROUNDING and not resting and bearing.name not in pressing:
             message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", bearing.name), message, hint))
     for groove in assembly.mechanism.grooves:
         walls = [groove.contacts[k] for k in groove.walls(groove.lap)]
         depth = max(-float(approach(wall, state.q, state.v).gap) for wall in walls)
-        if depth > TOUCHING and not resting and groove.name not in pressing:
+        if depth > PLACE_ROUNDING and not resting and groove.name not in pressing:
             message = f"the pin starts {depth:.3g} m inside a wall of its slot"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", groove.name), message, hint))
@@ -399,7 +399,7 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
         stop = scene.stops.get(contact.name)
         gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
         pressing = contact.name in scene.initial.pressing
-        if stop is not None and gap < -TOUCHING and not pressing:
+        if stop is not None and gap < -PLACE_ROUNDING and not pressing:
             place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
             way = "less" if stop.end == "from" else "more"
             message = f"'{stop.joint}' starts at {stop.text(place)}, {way} than its limit"
@@ -429,7 +429,7 @@ def pressed_walls(scene: Scene, assembly: Assembly) -> list[Mistake]:
             contact.name.removeprefix(f"{channel.name}: "): -float(at.gap)
             for contact in (channel.contacts if channel.clearance > 0 else ())
             for at in [approach(contact, state.q, state.v)]
-            if 0 <= at.place <= contact.length and at.gap < -TOUCHING
+            if 0 <= at.place <= contact.length and at.gap < -PLACE_ROUNDING
         }
         if depths and channel.name not in scene.initial.pressing:
             pair, depth = max(depths.items(), key=lambda item: item[1])

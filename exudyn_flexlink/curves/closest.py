@@ -22,6 +22,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.curves.base import NODES, WEIGHTS, Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment, Spline, SplinePiece
 from exudyn_flexlink.curves.rounding import CornerArc
+from exudyn_flexlink.rounding import UNIT_ROUNDING
 
 Place = tuple[float, float, float, float, float, float]
 Evaluator = Callable[[float], Place]
@@ -29,7 +30,6 @@ Evaluator = Callable[[float], Place]
 
 NEWTON_STEPS = 20
 ROUNDS = 60  # of halving: to rounding
-FOOT_ROUNDING = 1e-15
 # Parts of a stretch, and their shares of an integral over it (Gauss).
 QUADRATURE = list(zip((0.5 * (1 + NODES)).tolist(), (0.5 * WEIGHTS).tolist(), strict=True))
 
@@ -156,7 +156,7 @@ class Closest:
     def _settle(self, span: tuple[int, float, float], x: float, y: float) -> float:
         """Zero of the slope within a span: by Newton, by halves where that goes astray."""
         piece, low, high = span
-        u, near = 0.5 * (low + high), FOOT_ROUNDING * (1 + abs(low) + abs(high))
+        u, near = 0.5 * (low + high), UNIT_ROUNDING * (1 + abs(low) + abs(high))
         for _ in range(ROUNDS):
             slope, growth = self._fall(piece, u, x, y)
             low, high = (u, high) if slope < 0 else (low, u)
@@ -307,7 +307,7 @@ class Farthest(Closest):
             slope, growth = self._fall(piece, u, x, y)
             step = slope / growth if growth > 0 else 0.0
             u -= step
-            if abs(step) <= FOOT_ROUNDING * (1 + abs(u)):
+            if abs(step) <= UNIT_ROUNDING * (1 + abs(u)):
                 break
         return u
 

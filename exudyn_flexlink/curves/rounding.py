@@ -23,12 +23,12 @@ import numpy as np
 
 from exudyn_flexlink.curves.base import (
     DIRECTION_TOLERANCE,
-    PARAMETER_ROUNDING,
     POSITION_TOLERANCE,
     Curve,
     CurveError,
 )
 from exudyn_flexlink.curves.pieces import TURN, Arc, Joined, LineSegment, meet_all, show
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 HALVINGS = 60  # of a radius that is searched: to rounding
 
@@ -153,7 +153,7 @@ def _laid(
     smooth: Sequence[Curve],
     corners: Mapping[int, _Corner],
     radius: float,
-    slack: float = PARAMETER_ROUNDING,
+    slack: float = NEGLIGIBLE,
 ) -> list[Curve] | None:
     """Pieces and the arcs between them; None if these do not fit by a part `slack` of a piece."""
     fillets = dict[int, _Fillet]()

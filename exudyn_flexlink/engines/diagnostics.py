@@ -17,7 +17,6 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.loading import assemble_scene, rest_of_scene
 from exudyn_flexlink.mechanism import (
-    TOUCHING,
     Channel,
     CircleContact,
     Contact,
@@ -37,6 +36,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import crank_angle, crank_joint, deepest
 from exudyn_flexlink.result import INTERRUPTED, Intervals, Outcome, Result
+from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING
 from exudyn_flexlink.scene import ImpulseLaw, RevoluteJoint, SleeveJoint, SlotJoint
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
@@ -182,7 +182,7 @@ def beside_faces(result: Result) -> Iterator[str]:
         if isinstance(contact, FlatContact):
             history, width = result.contacts[contact.name], contact.width
             beside = np.maximum(-history.place, history.place - width) * (history.force > 0)
-            if beside.max(initial=0.0) > TOUCHING:
+            if beside.max(initial=0.0) > PLACE_ROUNDING:
                 yield (
                     f"at t = {result.time[np.argmax(beside)]:.6g} s contact '{contact.name}' "
                     f"touches {beside.max():.3g} m beside the points of its line: the face counts "
@@ -279,7 +279,6 @@ def few_samples(result: Result) -> Iterator[str]:
 
 
 SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
-OUTSIDE = 1e-9  # of the length of a guide, or of a slot: less is rounding
 HARDLY_USED = 1 / 300  # of it: of lengths in metres for millimetres a thousandth is usual
 RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
@@ -329,7 +328,7 @@ def out_of_guides(result: Result) -> Iterator[str]:
     """Say which links leave their guides, and which are inside a small part of them only."""
     for name, low, high in in_guides(result.scene, build_mechanism(result.scene), result.poses):
         away = np.maximum(low - 1, -high)
-        if (out := away > OUTSIDE).any():
+        if (out := away > NEGLIGIBLE).any():
             yield (
                 f"the link of '{name}' leaves its guide at t = {result.time[np.argmax(out)]:.4g} s "
                 f"and is up to {away.max():.2g} of its length away: nothing holds a link there"
@@ -346,8 +345,8 @@ def out_of_slots(result: Result) -> Iterator[str]:
         wall = groove.contacts[0]
         place = approach(wall, result.poses, result.rates).place
         away = np.maximum(-place, place - wall.length)
-        if len(away) and away.max() > OUTSIDE * groove.slot.curve.size:
-            first = int(np.argmax(away > OUTSIDE * groove.slot.curve.size))
+        if len(away) and away.max() > NEGLIGIBLE * groove.slot.curve.size:
+            first = int(np.argmax(away > NEGLIGIBLE * groove.slot.curve.size))
             yield (
                 f"the pin of '{groove.name}' leaves its slot at t = {result.time[first]:.4g} s, at "
                 f"an open end, and is up to {away.max():.2g} m away: nothing holds it there"

@@ -22,7 +22,6 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.touching import ExtremeSeeker, Touches
 from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.mechanism import (
-    KNOT_TIME,
     Channel,
     Contact,
     ContactShapes,
@@ -45,6 +44,7 @@ from exudyn_flexlink.result import (
     Result,
     SleeveHistory,
 )
+from exudyn_flexlink.rounding import KNOT_TIME
 from exudyn_flexlink.scene import Scene
 
 

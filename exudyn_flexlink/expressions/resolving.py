@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.rounding import SUM_ROUNDING
 
 Values = float | FloatArray
 
@@ -484,7 +485,6 @@ PARTS = 64  # of the time that are looked at first
 MOST_PARTS = 100_000  # looked at together: where more are needed, it is told
 HALVINGS = 40  # of the time: then rounding is near
 CLOCK = 4  # units in the last place: how near to a part's ends it may still be of the next one
-SAME = 1e-14  # of the time: zeros so near to each other are one
 SHORTER = 6.0  # by which a part is a pulse's, beside those that steps may be chosen for
 STEP = 4.0  # of such a part's width: how far a step may go beyond it
 MOST_POLES = 32  # parts looked at together, the first ones: more poles than these are not needed
@@ -515,7 +515,7 @@ def zeros(term: Addend, begin: float, end: float) -> FloatArray:
     starts = np.flatnonzero(np.diff(low, prepend=-np.inf) > 2 * (high - low))
     instants.append((low[starts] + high[np.append(starts[1:], len(low))[: len(starts)] - 1]) / 2)
     roots = np.sort(np.concatenate(instants))
-    return roots[np.diff(roots, prepend=begin) > SAME * (end - begin)]
+    return roots[np.diff(roots, prepend=begin) > SUM_ROUNDING * (end - begin)]
 
 
 def _crossed(term: Addend, low: FloatArray, high: FloatArray) -> FloatArray:

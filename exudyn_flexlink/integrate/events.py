@@ -18,11 +18,11 @@ from scipy.optimize import brentq
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
+from exudyn_flexlink.rounding import ROUNDING
 
 Turns = tuple[IndexArray, FloatArray, FloatArray]
 
 LOOKS_AT_TURNS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
-STANDSTILL = 1e-12  # of a value: what moves by less in a step stands still
 
 
 def highest(
@@ -147,7 +147,7 @@ class TurnSeeker:
         by less than `rounding` (c,) in a step counts as still.
         """
         time, length = steps
-        still = np.maximum(STANDSTILL * np.abs(values).max(axis=(0, 1)), rounding)
+        still = np.maximum(ROUNDING * np.abs(values).max(axis=(0, 1)), rounding)
         slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
         which, at, turned = polynomial.turns(time, length, values, slopes)
         nodes = (time[:, None] + polynomial.nodes * length[:, None]).ravel()

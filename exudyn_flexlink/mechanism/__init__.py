@@ -47,7 +47,6 @@ from exudyn_flexlink.mechanism.constraints import (
     welded_to,
 )
 from exudyn_flexlink.mechanism.contacts import (
-    TOUCHING,
     approach,
     idle_at_start,
     in_guides,
@@ -79,7 +78,6 @@ from exudyn_flexlink.mechanism.equilibrium import (
 )
 from exudyn_flexlink.mechanism.model import (
     GROUND,
-    KNOT_TIME,
     Anchor,
     Apart,
     Channel,
@@ -115,7 +113,6 @@ from exudyn_flexlink.mechanism.model import (
 )
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
 from exudyn_flexlink.mechanism.schedule import (
-    NOT_BEFORE,
     Resolution,
     TurnGoal,
     coarse_tolerance,

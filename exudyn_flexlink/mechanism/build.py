@@ -85,6 +85,7 @@ from exudyn_flexlink.mechanism.prescribed import (
     Tabled,
 )
 from exudyn_flexlink.once import once_for_each
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import (
     BeltJoint,
     CircleSpec,
@@ -111,8 +112,6 @@ from exudyn_flexlink.scene import (
     meshes_of,
 )
 from exudyn_flexlink.source import KeyPath, Mistake, SceneError
-
-COAXIAL = 1e-9  # of how far two axes are from the arm's origin: nearer ones are one
 
 
 def build_gears(bodies: Bodies) -> Iterator[Gear]:
@@ -171,7 +170,7 @@ def _radii(spec: GearJoint, first: Geared, second: Geared) -> tuple[float | None
     apart = hypot(beside.x - near.x, beside.y - near.y)
     both = abs(1.0 - spec.turns) if spec.internal else 1.0 + spec.turns
     size = max(hypot(near.x, near.y), hypot(beside.x, beside.y))
-    if near.part != beside.part or apart <= COAXIAL * size or both == 0:
+    if near.part != beside.part or apart <= NEGLIGIBLE * size or both == 0:
         return None, None
     return apart / both, apart / both * spec.turns
 

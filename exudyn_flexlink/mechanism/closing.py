@@ -38,6 +38,7 @@ from exudyn_flexlink.mechanism.least_motion import (
 )
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot, Weld
 from exudyn_flexlink.raising import Sendable
+from exudyn_flexlink.rounding import ROUNDING
 
 BEHIND = 1e-10  # m: so little behind its start a point counts as on it
 
@@ -525,7 +526,6 @@ def place_in(slot: Slot, lap: int, q: FloatArray) -> float:
 
 
 SECOND = 0.1  # rad/s: as much counts 1 m/s of a point, in a mechanism with 1 m from end to end
-SETTLED = 1e-12  # of the largest speed: a change by less is rounding
 MOST_ROUNDS = 50  # each leaves about SECOND^2 of what is missing, of many parts in a row more
 
 
@@ -548,7 +548,7 @@ def least_speeds(
     v = motion.nearest()
     for _ in range(MOST_ROUNDS):
         before, v = v, motion.nearest(np.einsum("pij,pj->pi", points, v))
-        if np.abs(v - before).max(initial=0.0) <= SETTLED * np.abs(v).max(initial=0.0):
+        if np.abs(v - before).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
             break
     # So little weight costs digits: the next speeds in an even metric have them all.
     even = scale_roots(mechanism)

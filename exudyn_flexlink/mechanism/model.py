@@ -22,6 +22,7 @@ from exudyn_flexlink.curves import Closest, Curve, Farthest, curves_of_laps, rea
 from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, SpringLaw
+from exudyn_flexlink.rounding import KNOT_TIME
 
 GROUND = -1
 
@@ -404,9 +405,6 @@ def deepest_allowed(channel: Channel) -> float:
     by nothing that a penalty law means.
     """
     return max(channel.clearance, 0.01 * channel.length)
-
-
-KNOT_TIME = 1e-12  # s: instants so near to each other are one
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,7 @@ from exudyn_flexlink.mechanism.model import (
     Until,
 )
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
@@ -250,9 +251,6 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     return TurnGoal(first, second, start, 2 * pi * run.turns)
 
 
-NOT_BEFORE = 1e-9  # of an `until`'s terms: nearer below zero it is zero, where another run ended
-
-
 def until_mistakes(until: Until, sensed: Sequence[FloatArray], path: KeyPath) -> list[Mistake]:
     """Refuse a run that is over as it begins, by what its `until` senses (1,) at time 0.
 
@@ -262,7 +260,7 @@ def until_mistakes(until: Until, sensed: Sequence[FloatArray], path: KeyPath) ->
     """
     start = np.zeros(1)
     value = float(until.value.values(start, sensed)[0])
-    if value < -NOT_BEFORE * until.size(start, sensed):
+    if value < -NEGLIGIBLE * until.size(start, sensed):
         return []
     message = f"is {value:.4g} as the run begins: it must be below 0, and ends the run as it rises"
     return [Mistake(path, message, "turn its sign, or begin elsewhere")]

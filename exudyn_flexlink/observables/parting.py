@@ -17,7 +17,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray, Variable
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
-from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE, Force, forces_of
+from exudyn_flexlink.observables.forces import NO_FORCE, WEAK_FORCE, Force, forces_of
 from exudyn_flexlink.observables.instants import OverTime, straight_between
 from exudyn_flexlink.observables.points import (
     RATE,
@@ -30,6 +30,7 @@ from exudyn_flexlink.observables.points import (
     still_text,
 )
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError, Result
+from exudyn_flexlink.rounding import SUM_ROUNDING
 from exudyn_flexlink.scene import RevoluteJoint
 from exudyn_flexlink.source import unknown
 
@@ -47,7 +48,6 @@ FACTOR = 3.0
 # hundred times worse, not ten. Of the 40 strikes of scripts/random_touches.py the median told is
 # some ten times the true largest error, and no sample of the finer run is off by more.
 MOST_SAMPLES = 0.97
-FORCE_ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
 
 Pair = tuple[str, str]
 
@@ -291,7 +291,7 @@ def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
     relative = {
         name: part.relative
         for name, part in parts.items()
-        if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[deviations[name].unit])
+        if part and part.size > max(NO_FORCE, WEAK_FORCE * sizes[deviations[name].unit])
     }
     return max(relative.items(), key=lambda item: item[1], default=("", 0.0))
 
@@ -387,9 +387,7 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
         horizon=horizon,
         stopped=None if other.outcome.completed else float(other.time[-1]),
         other=tolerance,
-        forces={
-            name: deviation.times(FACTOR, FORCE_ROUNDING) for name, deviation in forces.items()
-        },
+        forces={name: deviation.times(FACTOR, SUM_ROUNDING) for name, deviation in forces.items()},
     )
 
 

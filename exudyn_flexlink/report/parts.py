@@ -45,6 +45,7 @@ from exudyn_flexlink.report.text import (
     section,
     table,
 )
+from exudyn_flexlink.rounding import ROUNDING
 from exudyn_flexlink.scene import (
     DampedLaw,
     Flank,
@@ -138,7 +139,6 @@ def _balance_text(value: float) -> str:
 
 MODES = 4
 STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
-SHOWN_AS_ZERO = 1e-12  # of a curve's size: coordinates less than this are 0
 NOTICEABLE = 1e-6  # rad, rad/s, m/s: by more than this a body stands otherwise, or moves
 
 
@@ -240,7 +240,7 @@ def curve_lines(scene: Scene) -> list[str]:
         ends = "closed" if curve.closed else "open"
         rows.append([name, f"{spec.type}{carried}, {ends}", f"{number(curve.length())} m long"])
         points, bend = _looked_at(curve)
-        points[np.abs(points) < SHOWN_AS_ZERO * curve.size] = 0.0
+        points[np.abs(points) < ROUNDING * curve.size] = 0.0
         low, high = points.min(axis=0), points.max(axis=0)
         x, y = (f"{number(a)} to {number(b)} m" for a, b in zip(low, high, strict=True))
         rows.append(["", "extent", f"x {x}, y {y}"])

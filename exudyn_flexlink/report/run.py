@@ -38,7 +38,7 @@ from exudyn_flexlink.observables import (
     struck_bodies,
     worst_force,
 )
-from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
+from exudyn_flexlink.observables.forces import NO_FORCE, WEAK_FORCE
 from exudyn_flexlink.report.parts import restitution_table
 from exudyn_flexlink.report.text import (
     Column,
@@ -314,7 +314,7 @@ def _rows(name: str, deviation: ForceDeviation) -> list[list[str]]:
         for when, part in (("", deviation.free), ("in contact", deviation.touching))
         if part
     ]
-    rounding = max([NO_FORCE, *(NEGLIGIBLE * part.size for _, part in parts)])
+    rounding = max([NO_FORCE, *(WEAK_FORCE * part.size for _, part in parts)])
     rows: list[list[str]] = []
     for when, part in parts:
         if part.size > rounding:

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, Strict, field_validator, model_vali
 
 from exudyn_flexlink import quantities as si
 from exudyn_flexlink.quantities import Dimension, Number, PositiveLength
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene.base import (
     GROUND,
     XY,
@@ -43,7 +44,6 @@ from exudyn_flexlink.scene.contacts import (
 Teeth = Annotated[int, Strict(), Field(ge=1)]
 GEARED = Refers("joints", "a revolute or prismatic joint", ("revolute", "prismatic"))
 GearedName = Annotated[str, Strict(), GEARED]
-ROUNDED = 1e-9  # of the play: a start on a flank may be typed so far beyond
 Two = Annotated[tuple[GearedName, GearedName], listed("joint", "joint")]
 
 
@@ -94,7 +94,7 @@ class GearJoint(Part):
         if self.backlash > 0 and self.law is None:
             hint = "of teeth that strike, e.g. law: {type: impulse, restitution: 0.5}"
             refuse("'backlash' needs a 'law'", hint, at="backlash")
-        if abs(self.start) > self.backlash / 2 * (1 + ROUNDED):
+        if abs(self.start) > self.backlash / 2 * (1 + NEGLIGIBLE):
             refuse("is beyond the flanks: at most half the 'backlash', either way", at="start")
         return self
 

@@ -33,6 +33,7 @@ from exudyn_flexlink.engines.touching import Laws, rubbing
 from exudyn_flexlink.engines.track_follower import TrackFollower
 from exudyn_flexlink.mechanism import Anchor, FaceContact, Groove, Seen
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import SUM_ROUNDING
 
 AWAY = 1.0  # m: so far is a pin from walls of another lap, that is, it touches them never
 
@@ -241,7 +242,7 @@ class PinOnTrack(TrackFollower):
             back, speed = (place - points).conj(), np.abs(first) ** 2
             growth = speed + (back * second).real
             step = (back * first).real / np.where(growth > LEAST_GROWTH * speed, growth, speed)
-            if not np.abs(step).max(initial=0.0) > FOOT_ROUNDING * (1 + abs(self.u)):
+            if not np.abs(step).max(initial=0.0) > SUM_ROUNDING * (1 + abs(self.u)):
                 break
             u = u - np.clip(step, -FARTHEST * piece.period, FARTHEST * piece.period)
         return u, places
@@ -249,7 +250,6 @@ class PinOnTrack(TrackFollower):
 
 NEWTON_STEPS = 60
 LEAST_GROWTH = 0.1  # of the slope's growth on a straight track: with less the pin is off its centre
-FOOT_ROUNDING = 1e-14  # of the parameter: a last change
 FARTHEST = 0.05  # of a piece: longest step of the search
 
 

@@ -48,9 +48,9 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
-AT_SEAM = 1e-9  # of a lap: there a pin begins the lap
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 
 
@@ -155,7 +155,7 @@ class LapFollower:
         curve = self._curve
         self._u = 0.5 * (curve.start + curve.end)
         u = self._place(seen)
-        if curve.end - u <= AT_SEAM * curve.period:
+        if curve.end - u <= NEGLIGIBLE * curve.period:
             u -= curve.period
         self._u = u
 

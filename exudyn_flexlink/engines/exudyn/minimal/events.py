@@ -66,6 +66,7 @@ from exudyn_flexlink.integrate.events import (
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Poses, RopeContact, Seen
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 
 Value = Callable[[TreeForces], FloatArray]
 """Event function of a joint, by what is known of the tree (n,): positive until it happens."""
@@ -303,7 +304,6 @@ def _taylor(ahead: FloatArray) -> FloatArray:
 
 
 CELLS = 64  # half of those looked at together, which takes as long as one
-SMALLEST = 1e-12  # m or rad, the way of a step: less is rounding
 
 
 class _Cells:
@@ -322,7 +322,7 @@ class _Cells:
         """Tell whether a step with these places at its stages hides at most `little` (N or N m)."""
         low, high = min(places), max(places)
         # A step is cut at parts that are SHORTER than it; at its fastest it goes twice its mean.
-        least = 2 * max(high - low, SMALLEST) / SHORTER
+        least = 2 * max(high - low, PLACE_ROUNDING) / SHORTER
         self._size = max(self._size, 2.0 ** ceil(log2(least)))
         while self._size >= least:
             begin = CELLS * (round(low / (CELLS * self._size)) - 1)

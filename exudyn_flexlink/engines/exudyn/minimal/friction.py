@@ -60,9 +60,7 @@ from exudyn_flexlink.laws import Friction, Impulse
 from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.raising import Sendable
-
-# Of sqrt(k_t k_n): a smaller k_tn is rounding. Of k_n: so is a smaller change of the gap's rate.
-OPENED_BY_ROUNDING = 1e-9
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
 
 
 class Meeting(NamedTuple):
@@ -81,7 +79,7 @@ class Meeting(NamedTuple):
     @property
     def is_round(self) -> bool:
         """Tell whether neither impulse changes the speed that the other does."""
-        return self.both**2 <= OPENED_BY_ROUNDING**2 * self.along * self.across
+        return self.both**2 <= NEGLIGIBLE**2 * self.along * self.across
 
 
 class JammedError(Sendable, ArithmeticError):
@@ -107,10 +105,10 @@ def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, f
     turning = both + at.along * slides
     stops = -at.slip / turning if at.slip * turning < 0 else 0.0 if at.slip == 0 else inf
     closing = at.across + both * slides
-    squeezed = -at.rate / closing if closing > OPENED_BY_ROUNDING * at.across else inf
+    squeezed = -at.rate / closing if closing > NEGLIGIBLE * at.across else inf
     if squeezed > stops:
         left, closing = at.rate + closing * stops, at.across + both * then
-        squeezed = stops - left / closing if closing > OPENED_BY_ROUNDING * at.across else inf
+        squeezed = stops - left / closing if closing > NEGLIGIBLE * at.across else inf
     if squeezed == inf:
         raise JammedError(at.contact)
     pressed = (1 + restitution) * squeezed
@@ -332,7 +330,6 @@ class RigidContacts:
 
 
 SOLVED = 1e-15  # of a sum of squares: a search that gains less is over
-COUPLED = 1e-9  # of joints that move each other: less is rounding
 LEAST_BOUND = 1e-30  # N m or N: bound of a joint without any force in it
 
 
@@ -378,11 +375,11 @@ def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
         return
     scale = 1 / np.sqrt(np.diag(mobility)[held])
     coupled = mobility[np.ix_(held, held)] * scale[:, None] * scale
-    count, group_of = connected_components(np.abs(coupled) > COUPLED)
+    count, group_of = connected_components(np.abs(coupled) > NEGLIGIBLE)
     for group in range(count):
         block = np.flatnonzero(group_of == group)
         coupling = coupled[np.ix_(block, block)]
-        if np.linalg.matrix_rank(coupling, COUPLED, hermitian=True) < len(block):
+        if np.linalg.matrix_rank(coupling, NEGLIGIBLE, hermitian=True) < len(block):
             yield held[block]
 
 
@@ -395,7 +392,7 @@ def least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArr
     bound = np.maximum(bound, LEAST_BOUND)
     arms = g * bound[..., None]
     ways, sizes, _ = np.linalg.svd(arms, full_matrices=False)
-    if sizes.shape[1] < 2 or (sizes[:, 1] <= COUPLED * sizes[:, 0]).all():
+    if sizes.shape[1] < 2 or (sizes[:, 1] <= NEGLIGIBLE * sizes[:, 0]).all():
         by_motion = sizes[:, :1] * ways[..., 0]
         done = (by_motion * torque / bound).sum(axis=1) / np.abs(by_motion).sum(axis=1)
         return np.asarray(np.sign(by_motion) * done[:, None] * bound)
@@ -408,7 +405,7 @@ def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> Flo
 
     `ways` (block, motions) and `sizes` are of the singular value decomposition.
     """
-    arms = ways[:, sizes > COUPLED * sizes[0]].T
+    arms = ways[:, sizes > NEGLIGIBLE * sizes[0]].T
     count, whole = len(part), arms @ part
     within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
     held = np.hstack([arms, np.zeros((len(arms), 1))])
@@ -420,9 +417,7 @@ def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> Flo
 
 STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
 HELD_STILL = 1e-5  # likewise, of a joint that is held: more than the error of steps there
-NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
 AT_BOUND = 1e-6  # of a bound: a joint so near to it slides as soon as another reaches its own
-DRIVEN = 1e-12  # of the largest entry of a joint's row: smaller entries are rounding
 MOST_ROUNDS, SEARCH_ROUNDING = 100, 1e-13  # of the iteration for friction and forces in joints
 FEW_ROUNDS = 8  # likewise, where each round adds some digits
 
@@ -497,7 +492,7 @@ class Answer(NamedTuple):
             return np.asarray(freely)
         back = np.linalg.solve(mass, self.held.T)
         carried = freely - rows @ back @ scaled_inverse(self.held @ back) @ (pushed @ back).T
-        moves = np.diag(carried) > COUPLED * np.diag(freely)
+        moves = np.diag(carried) > NEGLIGIBLE * np.diag(freely)
         return np.asarray(carried if moves.all() else freely)
 
 
@@ -552,7 +547,7 @@ class JointFrictions:
         """Return g (..., joints, independent), exactly 0 for joints that a drive prescribes."""
         free = self.rows @ state.transform.matrix
         largest = np.abs(self.rows).max(axis=1, initial=0.0)[:, None]
-        return np.asarray(np.where(np.abs(free) > DRIVEN * largest, free, 0.0))
+        return np.asarray(np.where(np.abs(free) > ROUNDING * largest, free, 0.0))
 
     def _look(self, at: Evaluation) -> _Known:
         """Look at states (n,) without friction, but with contacts that hold closed gaps.
@@ -570,7 +565,7 @@ class JointFrictions:
             at = self._rigid.with_reactions(at, holding)
             kept = at.kept
             push, rows = free + answers @ holding.pushed_free, rows + answers @ holding.pushed
-            moves = np.abs(push).max(axis=2) > COUPLED * np.abs(free).max(axis=2)
+            moves = np.abs(push).max(axis=2) > NEGLIGIBLE * np.abs(free).max(axis=2)
             free, push, rows = (moves[..., None] * column for column in (free, push, rows))
         forces = np.concatenate([at.force[:, None], push], axis=1)
         moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
@@ -747,7 +742,7 @@ class JointFrictions:
         driven = self.driven(at.kept.state.pick(0))
         by_drives = at.kept.state.b[0]
         given = self.rows @ by_drives
-        pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
+        pushed = np.abs(given) > NEGLIGIBLE * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
         if self._rigid.closed():
             carried = self._carried(at) * ~known.free[0].any(axis=-1) * ~driven
@@ -770,7 +765,7 @@ class JointFrictions:
                 break
         parts = known.mobility[0] * torque[0]
         left = known.away[0] + parts.sum(axis=1)
-        moves = np.abs(left) > NO_ACCELERATION * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
+        moves = np.abs(left) > NEGLIGIBLE * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
         least, greatest = self.bounds(bound[0], joints)
         slide = moves & ((torque[0] <= least) | (torque[0] >= greatest))
         way[resting] = np.where(slide, np.sign(left), 0.0)[resting]
@@ -786,7 +781,7 @@ class JointFrictions:
         by_forces = state.transform.matrix @ np.linalg.solve(moved.mass[0], moved.force[0])
         given = self.rows @ (state.b + by_forces)
         sizes = np.abs(self.rows) @ (np.abs(state.b) + np.abs(by_forces))
-        return np.where(np.abs(given) > NO_ACCELERATION * sizes, np.sign(given), 0.0)
+        return np.where(np.abs(given) > NEGLIGIBLE * sizes, np.sign(given), 0.0)
 
     def slide(self, k: int, friction: FloatArray, v: FloatArray) -> None:
         """Let joint k slide, and all that are at their bounds, by T and bounds (joints, 2 or more).

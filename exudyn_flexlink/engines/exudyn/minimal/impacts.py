@@ -52,14 +52,13 @@ from exudyn_flexlink.integrate.complementarity import (
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 CLOSED_GAP = 1e-15  # m: a gap so small is closed, by rounding
 SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
 # m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
 # what a gap is off by, and nobody sees that.
 INVISIBLE_SPEED = 1e-4
-# Of the sizes of the parts that a gap's acceleration sums up: below this, treated as zero.
-NO_ACCELERATION = 1e-9
 # Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
 NOTHING_PASSED_ON = 1e-6
 TINY = float(np.finfo(float).tiny)
@@ -489,7 +488,7 @@ class Impacts:
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
         soonest = free[:count] if soon is None else np.minimum(free[:count], soon)
         answered = moved[:count] @ (acting - np.append(np.zeros(count), known))
-        still = soonest + answered <= NO_ACCELERATION * parts
+        still = soonest + answered <= NEGLIGIBLE * parts
         pressed = (press > 0) | (still & (np.array(resting) == struck))
         for k, pressing in zip(resting, pressed.tolist(), strict=True):
             if pressing and not self.finder.presses(k):

@@ -23,12 +23,12 @@ from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.linear import LinearModel, NotLinearError
 from exudyn_flexlink.mechanism import Assembly, FaceContact
 from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, tree_layout
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 from exudyn_flexlink.scene import Scene
 
 LARGEST = 0.01  # of the mechanism's size: how far differences move anything
 LEAST_MOVED = 0.1  # of what the coordinate that moves most moves: others count as much
 OF_DEPTH = 0.2  # of a contact's depth: differences change it by less
-LEAST_DEPTH = 1e-12  # m or rad: a contact that is less deep begins or ends
 # Of a central difference of order 8 (B. Fornberg, Math. Comput. 51 (1988) 699, table 1).
 NODES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -135,7 +135,7 @@ def _refuse(model: MinimalModel, at: TreeForces) -> None:
         friction = contact.friction
         if friction is not None and abs(slip) < SLIDES * friction.slip_speed:
             raise NotLinearError(f"friction of '{contact.name}' holds it")
-        if depth < LEAST_DEPTH:
+        if depth < PLACE_ROUNDING:
             why = "begins or ends to press then: take another instant"
             raise NotLinearError(f"'{contact.name}' {why}")
 

@@ -36,7 +36,6 @@ from exudyn_flexlink.engines.touching import BECOMES, Change, Moment, Side, Touc
 from exudyn_flexlink.laws import Friction, Impulse, PowerPenalty, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     GROUND,
-    TOUCHING,
     Anchor,
     Channel,
     CircleContact,
@@ -53,6 +52,7 @@ from exudyn_flexlink.mechanism import (
     poses_of,
     pressed_among,
 )
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 
 EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
 OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
@@ -123,7 +123,7 @@ class ContactItem:
         self.touch: ItemTouch | None = None  # at the last look
         state = system.assembly.state
         gap = float(approach(contact, state.q, state.v).gap)
-        behind = not self.walled and gap < -TOUCHING
+        behind = not self.walled and gap < -PLACE_ROUNDING
         behind = behind and not pressed_among([contact], state.q)
         self.side = Side.BEHIND if behind else Side.APART
         self.changed: Changed | None = None  # what happened to it as the last step ended

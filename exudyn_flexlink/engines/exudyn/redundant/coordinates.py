@@ -31,8 +31,8 @@ from exudyn_flexlink.mechanism import (
     half_period,
     mass_blocks,
 )
+from exudyn_flexlink.rounding import ROUNDING
 
-REDUNDANT = 1e-12  # of joints' rows of length 1: what is left of one that others imply
 TINY = 1e-300  # only divided by
 STRAIGHT = 1e-9  # rad, rad/s: rods that differ by less lie in one line and turn as one
 
@@ -179,7 +179,7 @@ class BeamCoordinates(Coordinates):
         arms = np.linalg.solve(mass, joints.T)
         sizes = np.sqrt(np.maximum(np.sum(joints.T * arms, axis=0), TINY))
         unit = arms / sizes
-        inverse = np.linalg.pinv(joints @ unit / sizes[:, None], rcond=REDUNDANT, hermitian=True)
+        inverse = np.linalg.pinv(joints @ unit / sizes[:, None], rcond=ROUNDING, hermitian=True)
         return np.linalg.inv(mass) - unit @ inverse @ unit.T, unit @ inverse / sizes
 
     def _joints(self, q: FloatArray, places: FloatArray) -> FloatArray:

@@ -35,10 +35,10 @@ from exudyn_flexlink.integrate.problem import Window, instant
 from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import KNOT_TIME
 from exudyn_flexlink.scene import Accuracy
 
 ROUNDING_OF_TURNS = 1e-9  # rad: what the search for the end of a run's turns may leave
-KNOT_TIME = 1e-12  # s: to which the solver's steps add up
 STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
 
 

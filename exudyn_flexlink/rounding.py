@@ -1,0 +1,13 @@
+"""What rounding leaves of numbers that would be equal, or zero, without it.
+
+A double is rounded to 1.1e-16 of itself. How much of that is left in a result depends on what it
+has gone through. These parts of the size of what is compared are those of the whole package.
+"""
+
+UNIT_ROUNDING = 1e-15  # of a number: 4 to 9 times what it is rounded to, as by a few operations
+SUM_ROUNDING = 1e-14  # of the terms: what rounding leaves of a sum of tens of them
+ROUNDING = 1e-12  # of the largest: what it leaves of numbers for which equations were solved
+NEGLIGIBLE = 1e-9  # of the size: decimals as they are typed, ends of searches, rates at rest
+
+PLACE_ROUNDING = 1e-12  # m or rad: what events and steps leave of a gap; foils rest 5e-12 m deep
+KNOT_TIME = 1e-12  # s: instants so near to each other are one, as times of steps add up to that
