@@ -9,5 +9,8 @@ SUM_ROUNDING = 1e-14  # of the terms: what rounding leaves of a sum of tens of t
 ROUNDING = 1e-12  # of the largest: what it leaves of numbers for which equations were solved
 NEGLIGIBLE = 1e-9  # of the size: decimals as they are typed, ends of searches, rates at rest
 
+LEAST_LENGTH = 1e-15  # m: no gap and no place is known better
+TINY = 1e-300  # in place of zero where something is divided by it: then nothing comes of it
 PLACE_ROUNDING = 1e-12  # m or rad: what events and steps leave of a gap; foils rest 5e-12 m deep
+UNSEEN = 1e-9  # m or rad: nobody types, or sees, so little of a place
 KNOT_TIME = 1e-12  # s: instants so near to each other are one, as times of steps add up to that

@@ -33,6 +33,7 @@ from exudyn_flexlink.observables import (
     worst_force,
 )
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.rounding import LEAST_LENGTH
 from exudyn_flexlink.scene import Scene
 
 SURE = 0.03  # of the limit at which runs have parted: up to there errors are judged
@@ -109,7 +110,6 @@ def agreement(reference: Result, check: Result) -> Horizon | None:
     return None if parted is None or sure is None else Horizon(parted, sure, limit)
 
 
-LEAST_KNOWN = 1e-15  # m: nobody knows a position better
 TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
 
 
@@ -182,7 +182,7 @@ class Bench:
     @property
     def floor(self) -> float:
         """Distance of reference and check, m: smaller errors can't be told; 0 without a check."""
-        return 0.0 if self._apart is None else max(self._apart.largest, LEAST_KNOWN)
+        return 0.0 if self._apart is None else max(self._apart.largest, LEAST_LENGTH)
 
     @property
     def force_floor(self) -> float:

@@ -38,6 +38,7 @@ from exudyn_flexlink.cli.terminal import (
 )
 from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
 from exudyn_flexlink.loading import ImpossibleLengthError
+from exudyn_flexlink.report.text import WIDTH
 from exudyn_flexlink.scene import is_schema
 from exudyn_flexlink.shipped import EXUDYN, FIGURE_FORMATS, model_names, models_folder
 from exudyn_flexlink.source import SceneError, load_document
@@ -262,7 +263,6 @@ def _why_not(error: Exception) -> str:
 
 SCHEMA = "flexlink.schema.json"
 SCHEMA_LINE = re.compile(r"(?<=^# yaml-language-server: \$schema=)\S+", re.MULTILINE)
-WIDTH = 80  # columns of the list of models
 
 
 def new_command(options: argparse.Namespace) -> int:

@@ -25,7 +25,7 @@ from exudyn_flexlink.rounding import NEGLIGIBLE
 
 MOST_CANDIDATES = 16
 AT_ONCE = 4096  # points whose distances from all samples are held in memory together
-ROUNDS = 60  # of halving: to rounding
+HALVINGS = 60  # of a range that is searched: to rounding
 
 
 def candidates(curve: Curve, target: FloatArray) -> FloatArray:
@@ -70,7 +70,7 @@ def _settled(
 
     An end where g has one sign only.
     """
-    for _ in range(ROUNDS):
+    for _ in range(HALVINGS):
         g, growth = _slope(curve, targets, u)
         low, high = np.where(g < 0, u, low), np.where(g < 0, high, u)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -345,7 +345,7 @@ class Curve(ABC):
         changes = np.flatnonzero(sides[1:] != sides[:-1])
         side = sides[changes]
         low, high = u[changes], u[changes + 1]
-        for _ in range(ROUNDS):
+        for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             is_left = beside(middle) > 0
             before = is_left == side

@@ -19,7 +19,7 @@ from math import atan2, cos, hypot, remainder, sin, tau
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves.base import NODES, WEIGHTS, Curve
+from exudyn_flexlink.curves.base import HALVINGS, NODES, WEIGHTS, Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment, Spline, SplinePiece
 from exudyn_flexlink.curves.rounding import CornerArc
 from exudyn_flexlink.rounding import UNIT_ROUNDING
@@ -29,7 +29,6 @@ Evaluator = Callable[[float], Place]
 """u -> x, y, dx/du, dy/du, d2x/du2, d2y/du2."""
 
 NEWTON_STEPS = 20
-ROUNDS = 60  # of halving: to rounding
 # Parts of a stretch, and their shares of an integral over it (Gauss).
 QUADRATURE = list(zip((0.5 * (1 + NODES)).tolist(), (0.5 * WEIGHTS).tolist(), strict=True))
 
@@ -157,7 +156,7 @@ class Closest:
         """Zero of the slope within a span: by Newton, by halves where that goes astray."""
         piece, low, high = span
         u, near = 0.5 * (low + high), UNIT_ROUNDING * (1 + abs(low) + abs(high))
-        for _ in range(ROUNDS):
+        for _ in range(HALVINGS):
             slope, growth = self._fall(piece, u, x, y)
             low, high = (u, high) if slope < 0 else (low, u)
             following = u - slope / growth if growth > 0 else low - 1.0

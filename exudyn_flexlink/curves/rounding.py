@@ -23,14 +23,13 @@ import numpy as np
 
 from exudyn_flexlink.curves.base import (
     DIRECTION_TOLERANCE,
+    HALVINGS,
     POSITION_TOLERANCE,
     Curve,
     CurveError,
 )
 from exudyn_flexlink.curves.pieces import TURN, Arc, Joined, LineSegment, meet_all, show
 from exudyn_flexlink.rounding import NEGLIGIBLE
-
-HALVINGS = 60  # of a radius that is searched: to rounding
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,10 @@ from exudyn_flexlink.mechanism import (
     wanted_interval,
     wound_at_start,
 )
+from exudyn_flexlink.mechanism.prescribed import NO_ENERGY
 from exudyn_flexlink.observables import crank_angle, crank_joint, deepest
 from exudyn_flexlink.result import INTERRUPTED, Intervals, Outcome, Result
-from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING, TINY
 from exudyn_flexlink.scene import ImpulseLaw, RevoluteJoint, SleeveJoint, SlotJoint
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
@@ -143,7 +144,7 @@ def thin_overlaps(result: Result) -> Iterator[str]:
         for touch in result.contacts[face.name].touches:
             if not touch.lasts:
                 overlap = max(min(x, length - x) for x in (touch.place, touch.end_place))
-                share = touch.penetration / max(overlap, 1e-300)
+                share = touch.penetration / max(overlap, TINY)
                 worst = max(worst, (share, touch.penetration, overlap, touch.begin))
         share, depth, overlap, at = worst
         if share > THIN:
@@ -279,7 +280,7 @@ def few_samples(result: Result) -> Iterator[str]:
 
 
 SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
-HARDLY_USED = 1 / 300  # of it: of lengths in metres for millimetres a thousandth is usual
+HARDLY_USED = 1 / 300  # of a guide's length: in metres for millimetres a thousandth is usual
 RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
@@ -369,7 +370,6 @@ ENERGY = 1e-2  # of the largest kinetic energy, missing in the balance
 GAIN = 1e-4  # of the largest kinetic energy, gained in one impact: more than rounding
 OPEN = 1e-8  # m or rad, residual of a joint: more than a converged iteration leaves
 GROSS = 0.1  # of all energy that moves: a run that misses more is no motion of the mechanism
-NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure of an error
 STORED = 1e-10  # of the energy stored: so little beside it is rounding, too, as of what is at rest
 
 

@@ -33,11 +33,10 @@ from exudyn_flexlink.integrate.events import (
 )
 from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.mechanism import Glimpse, Seen
-from exudyn_flexlink.rounding import PLACE_ROUNDING
+from exudyn_flexlink.rounding import PLACE_ROUNDING, TINY
 
 SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of the rate
 LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner is
-LEAST_LENGTH = 1e-300  # m, of a piece of a rope: one without length has no direction
 
 
 class Turning(Protocol):
@@ -369,6 +368,6 @@ class RopeFlight:
 def _rope(places: ComplexArray, rates: ComplexArray) -> _Rope:
     """A rope by its pieces, and last the length that it has without force."""
     lengths = np.abs(places[:-1])
-    growing = (places[:-1].conj() * rates[:-1]).real / np.maximum(lengths, LEAST_LENGTH)
+    growing = (places[:-1].conj() * rates[:-1]).real / np.maximum(lengths, TINY)
     gap, gap_rate = places[-1].real - lengths.sum(), rates[-1].real - growing.sum()
     return _Rope(lengths, float(gap), float(gap_rate))

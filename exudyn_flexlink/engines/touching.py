@@ -43,7 +43,7 @@ from exudyn_flexlink.laws import Impulse, Penalty, PressingLaw
 from exudyn_flexlink.mechanism import Channel, Contact, Mechanism, approach, swings
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes, Interval, Intervals
-from exudyn_flexlink.rounding import PLACE_ROUNDING, ROUNDING
+from exudyn_flexlink.rounding import PLACE_ROUNDING, ROUNDING, UNSEEN
 
 
 class Laws:
@@ -263,7 +263,6 @@ def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatAr
 # Of a contact's half period: the first step in it, or any without control of errors. No stage of a
 # longer one may see the touch.
 FIRST = 0.15
-OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 # Where the largest force in a step is looked for, on the polynomial through its nodes.
 LOOKS_IN_STEPS = np.linspace(0.0, 1.0, 33)
 
@@ -354,7 +353,8 @@ class Touches:
         What closes may bounce: its law tells.
         """
         if self.sides[k] is Side.PRESSED:
-            off = inside < (OFF_THE_END if self.rigid[k] else min(-gap, OFF_THE_END))
+            # A point that leaves its face so near to the end slid off.
+            off = inside < (UNSEEN if self.rigid[k] else min(-gap, UNSEEN))
             return Change.SLIDES_OFF if off and k < self._faces else Change.OPENS
         passes = k < self._faces and (inside < 0 or self.sides[k] is Side.BEHIND)
         return Change.PASSES if passes else Change.CLOSES

@@ -38,9 +38,7 @@ from exudyn_flexlink.mechanism.least_motion import (
 )
 from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot, Weld
 from exudyn_flexlink.raising import Sendable
-from exudyn_flexlink.rounding import ROUNDING
-
-BEHIND = 1e-10  # m: so little behind its start a point counts as on it
+from exudyn_flexlink.rounding import ROUNDING, TINY
 
 
 @dataclass(frozen=True)
@@ -188,7 +186,7 @@ def _nearest_ahead(slot: Slot, origin: FloatArray, along: FloatArray) -> float:
     crossings = ray_crossings(slot.curve, origin, along)
     distances = (slot.curve.point(crossings) - origin) @ along
     first_lap = crossings <= ends_of_lap(slot.curve, 1)[1]
-    ahead = distances[(distances >= -BEHIND) & first_lap]
+    ahead = distances[(distances >= -CLOSED) & first_lap]
     return float(ahead.min()) if len(ahead) else 0.0
 
 
@@ -453,7 +451,7 @@ def _close(
         motion = LeastMotion(mechanism, joints, roots, -joints.residual, straight)
         step = motion.nearest()
         # Far from closed a full step may overshoot: no part turns more than half a radian at once.
-        step = step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), 1e-300))
+        step = step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), TINY))
         q = q + step
         q = _straightened(mechanism, q) if straight else q
         places = places_near(mechanism, q, places)

@@ -55,7 +55,7 @@ from exudyn_flexlink.mechanism.least_motion import (
 from exudyn_flexlink.mechanism.model import GROUND, Contact, Mechanism, RopeContact, Slide
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.raising import Sendable
-from exudyn_flexlink.rounding import NEGLIGIBLE, UNIT_ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE, TINY, UNIT_ROUNDING
 
 
 class NoRestError(Sendable, ValueError):
@@ -346,7 +346,7 @@ class _Search:
         back = np.linalg.inv(np.linalg.cholesky(mass_blocks(self._mechanism, q)))
         rows = joints.jacobian().reshape(-1, *q.shape)
         rows = np.einsum("rnj,nkj->rnk", rows, back).reshape(-1, q.size)
-        lengths = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
+        lengths = np.maximum(np.linalg.norm(rows, axis=1), TINY)
         left, sizes, ways = np.linalg.svd(rows / lengths[:, None])
         rank = int((sizes > NEGLIGIBLE * sizes.max(initial=0.0)).sum())
         pulled = np.einsum("nij,nj->ni", back, forces.reshape(q.shape)).ravel()
@@ -422,7 +422,7 @@ class _Search:
     def downhill(self, at: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Go along a step so far that the forces do not yet drive back by half of what they did."""
         size, first = self.size(step), self._power((at.q, at.places), step)
-        step = step * min(1.0, LONGEST / max(size, 1e-300))
+        step = step * min(1.0, LONGEST / max(size, TINY))
         for _ in range(HALVINGS):
             moved = self.moved(at.q, at.places, step)
             if moved is not None and (size < SETTLED or self._power(moved, step) >= -first / 2):

@@ -20,7 +20,7 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.constraints import Constraints
 from exudyn_flexlink.mechanism.model import GROUND, Mechanism
-from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, TINY
 
 FIRST = 1e3  # times as much as joints counts a given angle, where both contradict
 TURN = np.array([0.0, 0.0, 1.0])
@@ -187,7 +187,7 @@ class LeastMotion:
         """Number of rows that earlier ones imply, by the joints that have some; few rests only."""
         starts = self._constraints.first_rows
         joints = np.searchsorted(starts, self._rest, side="right") - 1
-        rows = self._weighted / np.maximum(self._lengths[:, None], 1e-300)
+        rows = self._weighted / np.maximum(self._lengths[:, None], TINY)
         surplus: dict[int, int] = {}
         missing = len(rows) - _rank(rows)
         known = 0

@@ -24,7 +24,7 @@ from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, SpringLaw
 from exudyn_flexlink.rounding import KNOT_TIME
 
-GROUND = -1
+GROUND = -1  # in place of a part, or of a link of the tree
 
 
 @dataclass(frozen=True)

@@ -251,7 +251,7 @@ class Antiderivative:
         self._ends.append(end)
 
 
-LITTLE = 1e-12  # J: less than this is rounding of an energy
+NO_ENERGY = 1e-12  # J: less than this is rounding
 
 
 class TableEndError(NoValueError):
@@ -356,7 +356,7 @@ class SpringLaw:
 class _Work(Antiderivative):
     """Integral (J) of a `formula` of t, which is a way (m or rad), just as far as it is asked for.
 
-    Bounds show all of it but `LITTLE`. Beyond, the formula may have no value.
+    Bounds show all of it but `NO_ENERGY`. Beyond, the formula may have no value.
     """
 
     def __init__(self, formula: Expression) -> None:
@@ -376,7 +376,8 @@ class _Work(Antiderivative):
         if end <= begin * (1 + ROUNDING):
             return super().__call__(np.minimum(time, begin))
         edges = np.array([begin, *self._formula.bends(begin, end), end])
-        parts = [resolved(term, edges, lambda _: 1.0, LITTLE)[0] for term in self._formula.addends]
+        terms = self._formula.addends
+        parts = [resolved(term, edges, lambda _: 1.0, NO_ENERGY)[0] for term in terms]
         inner = np.unique(np.concatenate([edges, *parts]))
         self._knots = [*inner[inner < end * (1 - ROUNDING)].tolist(), end]
         return super().__call__(time)

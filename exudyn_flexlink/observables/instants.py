@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arguments import instants, takes
 from exudyn_flexlink.arrays import FloatArray, members
+from exudyn_flexlink.rounding import KNOT_TIME, ROUNDING
 
-NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
 HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
 ROUNDINGS = 4  # of an instant: what a jump is told before by less than that is told after it
 
@@ -64,7 +64,7 @@ def at_instants(record: Record, time: ArrayLike) -> Record:
 
 def even_instants(time: FloatArray, every: float) -> FloatArray:
     """Instants (M,) s evenly `every` (s) apart, from the first of samples (N,) s on."""
-    count = int((time[-1] - time[0]) / every * (1 + NOTHING))
+    count = int((time[-1] - time[0]) / every * (1 + ROUNDING))
     return np.asarray(time[0] + every * np.arange(count + 1))
 
 
@@ -76,7 +76,7 @@ def require_inside(time: FloatArray, at: FloatArray) -> None:
 
     """
     begin, end = float(time[0]), float(time[-1])
-    if not np.all((at >= begin - NOTHING) & (at <= end + NOTHING)):
+    if not np.all((at >= begin - KNOT_TIME) & (at <= end + KNOT_TIME)):
         raise ValueError(f"time: the run goes from {begin:.9g} to {end:.9g} s, no further")
 
 

@@ -43,6 +43,7 @@ VISIBLE = 1e-3  # of the room that points take: runs that differ by more have pa
 # more than is told with this factor, the other three by up to 2.4 times that; none that is off by
 # more than its tolerance is silent. Of 46 that keep it 27 warn.
 FACTOR = 3.0
+TIGHTER = 0.1  # of the tolerance, or of a given step: that of a run that tells what both hide
 # Of the samples in touches: what so many are within counts for the force of a contact. The others
 # are where a force falls from loading to unloading in less than a step; there the coarser run is a
 # hundred times worse, not ten. Of the 40 strikes of scripts/random_touches.py the median told is

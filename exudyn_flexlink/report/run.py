@@ -41,6 +41,7 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.observables.forces import NO_FORCE, WEAK_FORCE
 from exudyn_flexlink.report.parts import restitution_table
 from exudyn_flexlink.report.text import (
+    MOST_ROWS,
     Column,
     Table,
     in_blocks,
@@ -61,8 +62,6 @@ from exudyn_flexlink.result import (
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint, SlotJoint
 from exudyn_flexlink.shipped import ENGINES, LAGRANGIAN
 
-MOST_ROWS = 12  # more than that scroll the rest away
-MOST_LAPS = 12
 MOST_PAIRS = 3
 NO_PLAY = "no clearance"
 BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
@@ -101,9 +100,9 @@ def guide_table(result: Result, joint: str) -> Table:
     """Return how a link stood in its guide, a journal or a pin in its play: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    totals = {str(i): lap for i, lap in enumerate(laps[:MOST_LAPS], start=1)}
+    totals = {str(i): lap for i, lap in enumerate(laps[:MOST_ROWS], start=1)}
     totals |= {"all": whole} if len(laps) != 1 else {}
-    more = len(laps) - MOST_LAPS
+    more = len(laps) - MOST_ROWS
     if joint in result.bearings:
         what = f"Journal in '{joint}': time free, on one point; touches and impacts"
     elif isinstance(result.scene.joints[joint], SlotJoint):

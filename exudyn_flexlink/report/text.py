@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 Item = TypeVar("Item")
 
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
+MOST_ROWS = 12  # of a table: more than that scroll the rest away
 MOST_LISTED = 12  # bodies or joints that one line names
 GAP = "  "  # before each column
 UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"

@@ -30,7 +30,7 @@ from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArr
 from exudyn_flexlink.curves import Places, next_piece
 from exudyn_flexlink.engines.lagrangian.model import Frame, Model, Pivot
 from exudyn_flexlink.engines.touching import Laws, rubbing
-from exudyn_flexlink.engines.track_follower import TrackFollower
+from exudyn_flexlink.engines.track_follower import NEWTON_STEPS, TrackFollower
 from exudyn_flexlink.mechanism import Anchor, FaceContact, Groove, Seen
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.rounding import SUM_ROUNDING
@@ -248,7 +248,6 @@ class PinOnTrack(TrackFollower):
         return u, places
 
 
-NEWTON_STEPS = 60
 LEAST_GROWTH = 0.1  # of the slope's growth on a straight track: with less the pin is off its centre
 FARTHEST = 0.05  # of a piece: longest step of the search
 

@@ -31,16 +31,19 @@ from exudyn_flexlink.engines.lagrangian.model import (
     turning_row,
 )
 from exudyn_flexlink.engines.touching import Side, Touches, press_by
-from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
+from exudyn_flexlink.engines.track_follower import (
+    LEAST_PART,
+    NEWTON_STEPS,
+    QUADRATIC,
+    DeadCentreError,
+    TrackFollower,
+)
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.mechanism import Seen, place_in
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.rounding import NEGLIGIBLE
 
-NEWTON_STEPS = 30
-QUADRATIC = 1e-8  # of the parameter: a last change
-LEAST_PART = 1e-6  # of the way that the guide has turned
-NEARLY = 1e-5  # likewise, where steps got too short to go on
+NEARLY = 1e-5  # sine of guide and track where steps got too short to go on: a dead centre
 SLANTING = 1e-2  # likewise, where a track that is lost was not touched
 TOUCHES = "the guide's axis touches the track"
 MISSES = "the guide's axis misses the track"

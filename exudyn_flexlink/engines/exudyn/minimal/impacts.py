@@ -52,23 +52,21 @@ from exudyn_flexlink.integrate.complementarity import (
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
-from exudyn_flexlink.rounding import NEGLIGIBLE
+from exudyn_flexlink.rounding import LEAST_LENGTH, NEGLIGIBLE, TINY
 
-CLOSED_GAP = 1e-15  # m: a gap so small is closed, by rounding
 SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
 # m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
 # what a gap is off by, and nobody sees that.
 INVISIBLE_SPEED = 1e-4
 # Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
 NOTHING_PASSED_ON = 1e-6
-TINY = float(np.finfo(float).tiny)
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 
 
 def meets(touch: Touch, time: float) -> bool:
     """Tell whether a gap is closed at a time (s), as exactly as instants are known."""
-    return abs(touch.gap) <= CLOSED_GAP + SAME_INSTANT * instant(time, EVENT_TIME) * abs(
+    return abs(touch.gap) <= LEAST_LENGTH + SAME_INSTANT * instant(time, EVENT_TIME) * abs(
         touch.gap_rate
     )
 

@@ -52,10 +52,9 @@ from exudyn_flexlink.mechanism import (
     poses_of,
     pressed_among,
 )
-from exudyn_flexlink.rounding import PLACE_ROUNDING
+from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING
 
 EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
-OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
 # to step, and what a far shorter step leaves in them disturbs the next.
 SHORTEST = 0.1
@@ -181,7 +180,7 @@ class ContactItem:
             what = Change.SLIDES_OFF if leaps and not self.walled else Change.OPENS
         elif self.side is Side.APART and beyond and on_face:
             what = Change.CLOSES
-            leaps = -touch.gap > abs(rate) * now.step + OPEN
+            leaps = -touch.gap > abs(rate) * now.step + LEAST_LENGTH
             law = self.contact.law
             assert not isinstance(law, Impulse)  # refused: it has no force
             press = float(law.force(-touch.gap, -rate, -rate))
@@ -216,7 +215,7 @@ class ContactItem:
         return end_on(step, max(until, self._shortest))
 
     def _while_apart(self, touch: ItemTouch, step: float) -> float:
-        gap = max(touch.gap, OPEN)
+        gap = max(touch.gap, LEAST_LENGTH)  # open, so that an event ahead is found
         until = self.items.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
         at = touch.place + touch.slip * until if until < inf else inf

@@ -31,10 +31,7 @@ from exudyn_flexlink.mechanism import (
     half_period,
     mass_blocks,
 )
-from exudyn_flexlink.rounding import ROUNDING
-
-TINY = 1e-300  # only divided by
-STRAIGHT = 1e-9  # rad, rad/s: rods that differ by less lie in one line and turn as one
+from exudyn_flexlink.rounding import ROUNDING, TINY, UNSEEN
 
 
 class OfBeams(NamedTuple):
@@ -320,7 +317,7 @@ def _angle(along: FloatArray, near: FloatArray) -> FloatArray:
 def _refuse_bent(q: FloatArray, v: FloatArray, beams: tuple[BeamLink, ...]) -> None:
     for beam in beams:
         rods = list(beam.rods)
-        if np.ptp(q[rods, 2]) > STRAIGHT or np.ptp(v[rods, 2]) > STRAIGHT:
+        if np.ptp(q[rods, 2]) > UNSEEN or np.ptp(v[rods, 2]) > UNSEEN:
             raise NotRepresentableError(
                 ("bodies", beam.body), "a beam starts straight, and turns as a whole"
             )

@@ -26,8 +26,7 @@ from exudyn_flexlink.mechanism import (
     sizes_at,
     turning,
 )
-
-BESIDE = 2e-12  # s: twice as near as steps end at the knots of a drive
+from exudyn_flexlink.rounding import KNOT_TIME
 
 
 class Changed(NamedTuple):
@@ -224,7 +223,8 @@ class StepRecorder(BlockRecorder):
             way = np.diff(motor_place(motor, q).reshape(2, -1), axis=0)[0]
             rates.supplied[:] -= np.tile(middle[:, row] * way / (end - begin), 2)
         # Where a drive leaps, one step ends with what was before, the next begins with what comes.
-        beside = np.repeat([BESIDE, -BESIDE], nodes // 2)
+        # Steps end at the knots of a drive to `KNOT_TIME`.
+        beside = 2 * KNOT_TIME * np.repeat([1.0, -1.0], nodes // 2)
         rates.supplied[:] += self._load_power(np.clip(known.t + beside, 0, self.grid[-1]), q, v)
         return rates
 

@@ -36,7 +36,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.result import Event
-from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING, TINY
 
 # Of a step: an event nearer than this counts as reached. A step so short would fill the
 # multipliers, which an index-3 method divides by the square of its step, with rounding.
@@ -370,7 +370,7 @@ class SlotItems(TrackFollower):
 
     def _limit(self, step: float, until: float, along: float) -> float:
         """Let a step cover no more than a part of the piece, and end where the piece ends."""
-        longest = self._longest[self.piece] / max(abs(along), 1e-300)
+        longest = self._longest[self.piece] / max(abs(along), TINY)
         return end_on(min(step, longest), until)
 
     # --- forces ------------------------------------------------------------------------------
