@@ -60,7 +60,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.once import once_for_each
-from exudyn_flexlink.rounding import PLACE_ROUNDING, UNSEEN
+from exudyn_flexlink.rounding import INVISIBLE, PLACE_ROUNDING
 from exudyn_flexlink.scene import (
     GROUND,
     LinearSpring,
@@ -259,8 +259,8 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
     within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
     message, hint = _OPEN[within if joint is None else joint.type]
-    gap = [f"{error.gap:.3g} m"] if error.gap > UNSEEN or error.turn <= UNSEEN else []
-    missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > UNSEEN else [])]
+    gap = [f"{error.gap:.3g} m"] if error.gap > INVISIBLE or error.turn <= INVISIBLE else []
+    missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > INVISIBLE else [])]
     if error.near is not None:
         hint = f"the joints allow [{error.near[0]:.9g}, {error.near[1]:.9g}] next to it"
     if joint is not None and (others := _loop_of(scene, error.joint)):
@@ -445,7 +445,7 @@ def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
     return [
         Mistake(("joints", name), about.format(far), hint)
         for name, low, high in in_guides(scene, assembly.mechanism, assembly.state.q)
-        if (far := max(float(low) - 1, -float(high))) > UNSEEN
+        if (far := max(float(low) - 1, -float(high))) > INVISIBLE
     ]
 
 
@@ -458,7 +458,7 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
         spec, q = scene.springs[spring.name], assembly.state.q
         apart = anchor_position(spring.second, q) - anchor_position(spring.first, q)
         given = spec.length if isinstance(spec, LinearSpring) else 0.0
-        if given != 0 and max(abs(apart)) <= UNSEEN:
+        if given != 0 and max(abs(apart)) <= INVISIBLE:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             notes.append(Mistake(("springs", spring.name), message, hint))

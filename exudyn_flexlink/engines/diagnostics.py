@@ -279,9 +279,8 @@ def few_samples(result: Result) -> Iterator[str]:
         yield f"{apart}, which is {result.outcome.time / kept / made:.3g} a turn: {less}"
 
 
-SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
 HARDLY_USED = 1 / 300  # of a guide's length: in metres for millimetres a thousandth is usual
-RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
+RESOLVED = 0.1  # of the clearance: an error, or depth, that still lets the link touch where it does
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
 
@@ -305,7 +304,7 @@ def soft_walls(result: Result) -> Iterator[str]:
     """Warn of walls and bearings into which something sinks deep beside its clearance."""
     for name, clearance in _clearances(result).items():
         depth = deepest(result, name)
-        if depth <= SOFT * clearance or clearance == 0:
+        if depth <= RESOLVED * clearance or clearance == 0:
             continue
         deep = f"by {depth:.3g} m, {depth / clearance:.2g} of the clearance"
         if isinstance(result.scene.joints[name], SlotJoint):

@@ -43,7 +43,7 @@ from exudyn_flexlink.laws import Impulse, Penalty, PressingLaw
 from exudyn_flexlink.mechanism import Channel, Contact, Mechanism, approach, swings
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes, Interval, Intervals
-from exudyn_flexlink.rounding import PLACE_ROUNDING, ROUNDING, UNSEEN
+from exudyn_flexlink.rounding import INVISIBLE, PLACE_ROUNDING, ROUNDING
 
 
 class Laws:
@@ -354,7 +354,7 @@ class Touches:
         """
         if self.sides[k] is Side.PRESSED:
             # A point that leaves its face so near to the end slid off.
-            off = inside < (UNSEEN if self.rigid[k] else min(-gap, UNSEEN))
+            off = inside < (INVISIBLE if self.rigid[k] else min(-gap, INVISIBLE))
             return Change.SLIDES_OFF if off and k < self._faces else Change.OPENS
         passes = k < self._faces and (inside < 0 or self.sides[k] is Side.BEHIND)
         return Change.PASSES if passes else Change.CLOSES

@@ -27,6 +27,7 @@ from exudyn_flexlink.mechanism import extent, kept_interval, least_tolerance
 from exudyn_flexlink.observables.parting import TIGHTER
 from exudyn_flexlink.quantities import Dimension, Measure, Quantity, to_si
 from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.rounding import UNIT_ROUNDING
 from exudyn_flexlink.scene import (
     Accuracy,
     Run,
@@ -121,7 +122,6 @@ PART = 0.1  # of a standard error: what the integrator may add
 MOST_ROUNDS = 4  # of a tolerance that is made smaller
 SMOOTH = 1e-6  # of the mechanism's reach: no larger tolerance, since slopes are differences of runs
 DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so of themselves
-FLAT = 1e-15  # slope of the sum of squares, in parts: the search stands still
 MOST_STEPS = 100  # of one search
 UNKNOWN_COMBINATION = (
     1e-4  # singular value of slopes of size 1: below it a combination is not known at all
@@ -398,8 +398,8 @@ class _Search:
         bounds = [_of(self._parameters, end) / self._scale for end in ("low", "high")]
         try:
             solved = least_squares(
-                self._tried, value / self._scale, "3-point", bounds, gtol=FLAT, x_scale="jac",
-                diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
+                self._tried, value / self._scale, "3-point", bounds, gtol=UNIT_ROUNDING,
+                x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
             )  # fmt: skip
         except ValueError as error:
             raise NoFitError(self._failed or str(error)) from None

@@ -29,14 +29,22 @@ from exudyn_flexlink.mechanism.constraints import (
     slot_point,
 )
 from exudyn_flexlink.mechanism.least_motion import (
-    NOTHING,
     LeastMotion,
     scale_roots,
     spanning_tree,
     whole_roots,
     within_body,
 )
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import (
+    GROUND,
+    NOTHING,
+    Anchor,
+    Mechanism,
+    Pin,
+    Slide,
+    Slot,
+    Weld,
+)
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.rounding import ROUNDING, TINY
 

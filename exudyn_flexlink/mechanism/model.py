@@ -25,6 +25,7 @@ from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, S
 from exudyn_flexlink.rounding import KNOT_TIME
 
 GROUND = -1  # in place of a part, or of a link of the tree
+NOTHING = -1  # number of a joint, or of an item, that is none
 
 
 @dataclass(frozen=True)

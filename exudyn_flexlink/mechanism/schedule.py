@@ -42,7 +42,7 @@ from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
-SHARE = 0.1  # of the tolerance: what may be hidden of each term
+SHARE = 0.1  # of the tolerance: what may be hidden of each term, or of a place
 WITHOUT_TOLERANCE = 1e-6  # of the mechanism's reach: a tolerance, where the scene gives a step
 
 
@@ -430,7 +430,6 @@ BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
 JUMP = 1e-6  # of the largest value: a difference that is no rounding
 LEAP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
 STILL = 1e-2  # rad/s, m/s or m: what is less may be nothing but for a run's errors
-MOVED = 0.1  # of the tolerance: so far a place may give way to joints without a word
 
 
 def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
@@ -555,7 +554,7 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
     for body, given in held.items():
         place = assembly.state.q[mechanism.bodies[body][0], :2]
         away = float(np.hypot(*(place - given)))
-        if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+        if away > SHARE * (scene.accuracy.tolerance or CLOSED):
             yield (
                 f"initial.positions.{body}: moved by {away:.2g} m, to [{place[0]:.12g}, "
                 f"{place[1]:.12g}], which its joints allow"
@@ -585,7 +584,7 @@ def _closed_otherwise(scene: Scene, assembly: Assembly) -> Iterator[str]:
     moves = np.hypot(*(assembly.state.q - given)[:, :2].T)
     of_bodies = {body: moves[list(parts)].max() for body, parts in mechanism.bodies.items()}
     farthest, away = max(of_bodies.items(), key=lambda item: item[1])
-    if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+    if away > SHARE * (scene.accuracy.tolerance or CLOSED):
         yield (
             f"initial.states: joints are not where the run that this one goes on from had them: "
             f"{farthest} is moved by {away:.2g} m as it begins"

@@ -11,7 +11,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import GROUND, build_mechanism, length_along, speed_along
 from exudyn_flexlink.observables.points import joint_turning, part_of_point
 from exudyn_flexlink.result import Interval, Result
-from exudyn_flexlink.rounding import NEGLIGIBLE, UNSEEN
+from exudyn_flexlink.rounding import INVISIBLE, NEGLIGIBLE
 from exudyn_flexlink.scene import RevoluteJoint
 
 
@@ -85,7 +85,7 @@ def _least_way(result: Result) -> float:
     be true all the same.
     """
     error = result.error
-    return max(UNSEEN, 0.0 if error.missing else min(error.largest, error.limit))
+    return max(INVISIBLE, 0.0 if error.missing else min(error.largest, error.limit))
 
 
 def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float) -> FloatArray:

@@ -27,9 +27,8 @@ from exudyn_flexlink.observables.points import (
 from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import FlexibleBody, RodBody, Scene, SleeveJoint, split_point
-from exudyn_flexlink.source import did_you_mean
+from exudyn_flexlink.source import did_you_mean, listed
 
-MOST_NAMED = 12  # in a message
 _UNITS = {Dimension.LENGTH: "m", Dimension.ANGLE: "rad", Dimension.ANGULAR_SPEED: "rad/s"}
 
 
@@ -107,8 +106,7 @@ def table_columns(scene: Scene) -> dict[str, str]:
 def unknown_signal(name: str, known: Iterable[str]) -> str:
     """Say that no quantity has this name, and which there are."""
     names = list(known)
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    near = did_you_mean(name, names) or f"; there are: {', '.join(names[:MOST_NAMED])}{more}"
+    near = did_you_mean(name, names) or f"; there are: {listed(names)}"
     return f"the scene has no quantity '{name}'{near}"
 
 

@@ -24,11 +24,11 @@ from exudyn_flexlink.report.text import (
     in_blocks,
     left_out,
     lines_of,
-    listed,
     number,
     table,
 )
 from exudyn_flexlink.result import ForceSpread
+from exudyn_flexlink.source import listed
 from exudyn_flexlink.sweeps import column_of
 
 STATISTICS = ("mean", "rms", "least", "greatest")

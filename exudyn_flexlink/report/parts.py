@@ -37,10 +37,8 @@ from exudyn_flexlink.mechanism import (
     wound_at_start,
 )
 from exudyn_flexlink.report.text import (
-    MOST_LISTED,
     Table,
     in_blocks,
-    listed,
     number,
     section,
     table,
@@ -60,6 +58,7 @@ from exudyn_flexlink.scene import (
     StopLaw,
     TurnPenalty,
 )
+from exudyn_flexlink.source import MOST_LISTED, listed
 
 DECIMALS = 9  # of degrees, metres and newtons: what is smaller is rounding
 

@@ -166,10 +166,6 @@ def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor, float]:
 
 FARTHEST = 2.0  # lengths of a step: so far beyond its end its polynomial predicts coordinates
 MOST_ITERATIONS = 12
-# Of the mechanism's size: after so small a change Newton's method, which is quadratic except right
-# at a dead centre, has converged.
-QUADRATIC = 1e-9
-OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
 
 NOT_CLOSED = "the joints of a loop can't all stay closed"
 
@@ -271,7 +267,8 @@ class ClosureSolver:
                 raise DeadCentreError(NOT_CLOSED) from error
             # By free and known coordinates, and by how much the rows are open.
             solved = inverse @ slopes[:, :dependent, dependent:]
-            if size <= QUADRATIC * self._size or rounds == MOST_ITERATIONS:
+            # Newton's method, quadratic but right at a dead centre, has converged.
+            if size <= NEGLIGIBLE * self._size or rounds == MOST_ITERATIONS:
                 break
             change = solved[:, :, -1]
             moved = change * lengths
@@ -283,7 +280,7 @@ class ClosureSolver:
                 break
         if self._redundant or rounds == MOST_ITERATIONS:
             open_by = np.abs(slopes[:, :, -1] * self._scale).max(initial=0.0)
-            if open_by > OPEN * max(1.0, self._size):
+            if open_by > NEGLIGIBLE * max(1.0, self._size):  # they contradict others
                 raise DeadCentreError(NOT_CLOSED)
         return Placed(t, z, y, f, np.asarray(inverse), -solved[:, :, :-1])
 

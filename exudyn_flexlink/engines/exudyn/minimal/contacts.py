@@ -28,6 +28,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     poses,
 )
 from exudyn_flexlink.engines.touching import Laws, rubbing
+from exudyn_flexlink.integrate.complementarity import SOLVED
 from exudyn_flexlink.integrate.problem import Pressing
 from exudyn_flexlink.laws import Impulse, PressingLaw, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import (
@@ -50,7 +51,6 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.rounding import NEGLIGIBLE
 
-MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 
 
@@ -550,6 +550,7 @@ class TreeContacts:
         """
         rows = self.group(tuple(touched)).look(moving)[1].across @ transform.matrix
         mobility = np.sum(rows * np.linalg.solve(mass, rows.T).T, axis=1)
-        free = mobility > MOBILE * mobility.max(initial=0.0)
+        # Gaps that move less only drives move.
+        free = mobility > SOLVED * mobility.max(initial=0.0)
         rows, mobility = rows[free], mobility[free]
         return np.asarray((rows.T / (mobility * swing**2)) @ rows)

@@ -66,7 +66,7 @@ from exudyn_flexlink.integrate.events import (
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Poses, RopeContact, Seen
-from exudyn_flexlink.rounding import PLACE_ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING
 
 Value = Callable[[TreeForces], FloatArray]
 """Event function of a joint, by what is known of the tree (n,): positive until it happens."""
@@ -277,9 +277,6 @@ class KinkWatch:
         return self._model.loads.now(np.array([inside]), at.x[None], at.v[None])
 
 
-SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
-
-
 class AlongStep(NamedTuple):
     """What formulas sense along a step: derivatives (powers, sensed) at its begin `t` (s)."""
 
@@ -385,7 +382,8 @@ class Overlooked:
                 edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, bounds)
                 short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
                 inner = np.union1d(edges[short], edges[short + 1]) - ends[0]
-                inner = inner[(inner > SHORTEST * self._end) & (inner < step.h)]
+                # A value that is one instant's alone makes no step shorter.
+                inner = inner[(inner > NEGLIGIBLE * self._end) & (inner < step.h)]
                 earliest = min(earliest, *(inner[:1] / step.h), 1.0)
         return earliest
 

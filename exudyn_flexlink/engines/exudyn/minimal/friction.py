@@ -54,13 +54,13 @@ from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.contacts import TreeContacts
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeCoordinates, TreeState
 from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.integrate.complementarity import RANK, least_inverse
+from exudyn_flexlink.integrate.complementarity import SOLVED, least_inverse
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.laws import Friction, Impulse
 from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.raising import Sendable
-from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, UNIT_ROUNDING
 
 
 class Meeting(NamedTuple):
@@ -329,7 +329,6 @@ class RigidContacts:
         return gaps.free, self.pushing(which, gaps, state)[1]
 
 
-SOLVED = 1e-15  # of a sum of squares: a search that gains less is over
 LEAST_BOUND = 1e-30  # N m or N: bound of a joint without any force in it
 
 
@@ -346,12 +345,12 @@ def within_bounds(
         return np.zeros(0)
     scale = 1 / np.sqrt(np.diag(mobility))
     values, ways = np.linalg.eigh(mobility * scale[:, None] * scale)
-    moves = values > RANK * values.max()
+    moves = values > SOLVED * values.max()
     root, ways = np.sqrt(values[moves]), ways[:, moves]
     low, high = bounds
     within = np.minimum(low, -LEAST_BOUND) / scale, np.maximum(high, LEAST_BOUND) / scale
     wanted = -(free * scale) @ ways / root
-    solved = lsq_linear((ways * root).T, wanted, within, "bvls", tol=SOLVED)
+    solved = lsq_linear((ways * root).T, wanted, within, "bvls", tol=UNIT_ROUNDING)
     choices = [solved.active_mask < 0, solved.active_mask > 0]
     return np.select(choices, [low, high], solved.x * scale)
 

@@ -31,7 +31,7 @@ from exudyn_flexlink.mechanism import (
     half_period,
     mass_blocks,
 )
-from exudyn_flexlink.rounding import ROUNDING, TINY, UNSEEN
+from exudyn_flexlink.rounding import INVISIBLE, ROUNDING, TINY
 
 
 class OfBeams(NamedTuple):
@@ -317,7 +317,7 @@ def _angle(along: FloatArray, near: FloatArray) -> FloatArray:
 def _refuse_bent(q: FloatArray, v: FloatArray, beams: tuple[BeamLink, ...]) -> None:
     for beam in beams:
         rods = list(beam.rods)
-        if np.ptp(q[rods, 2]) > UNSEEN or np.ptp(v[rods, 2]) > UNSEEN:
+        if np.ptp(q[rods, 2]) > INVISIBLE or np.ptp(v[rods, 2]) > INVISIBLE:
             raise NotRepresentableError(
                 ("bodies", beam.body), "a beam starts straight, and turns as a whole"
             )

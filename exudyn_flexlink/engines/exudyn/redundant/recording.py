@@ -28,6 +28,8 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.rounding import KNOT_TIME
 
+BESIDE = 2 * KNOT_TIME  # s: twice as near as steps end at the knots of a drive
+
 
 class Changed(NamedTuple):
     """What happens to a contact as a step ends; its force `leaps` there, or goes on from zero."""
@@ -223,8 +225,7 @@ class StepRecorder(BlockRecorder):
             way = np.diff(motor_place(motor, q).reshape(2, -1), axis=0)[0]
             rates.supplied[:] -= np.tile(middle[:, row] * way / (end - begin), 2)
         # Where a drive leaps, one step ends with what was before, the next begins with what comes.
-        # Steps end at the knots of a drive to `KNOT_TIME`.
-        beside = 2 * KNOT_TIME * np.repeat([1.0, -1.0], nodes // 2)
+        beside = np.repeat([BESIDE, -BESIDE], nodes // 2)
         rates.supplied[:] += self._load_power(np.clip(known.t + beside, 0, self.grid[-1]), q, v)
         return rates
 

@@ -35,7 +35,7 @@ from exudyn_flexlink.integrate.problem import Window, instant
 from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
-from exudyn_flexlink.rounding import KNOT_TIME, TINY, UNSEEN
+from exudyn_flexlink.rounding import INVISIBLE, KNOT_TIME, TINY
 from exudyn_flexlink.scene import Accuracy
 
 STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
@@ -241,7 +241,7 @@ class Loop:
             bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
             self._goal_rate = rate
             step = end_on(step, first_zero(left, -rate, -bend)) if left > 0 else step
-            self.left = left if left > UNSEEN else 0.0
+            self.left = left if left > INVISIBLE else 0.0
         step = self._to_knot(now, step)
         return end_on(step, max(self.end - now.time, 0.0))
 
