@@ -31,6 +31,7 @@ from exudyn_flexlink.mechanism import (
     slot_point,
     turning,
 )
+from exudyn_flexlink.mechanism.closing import TYPED
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import (
     STAGE,
@@ -172,7 +173,6 @@ def _pressing(result: Result, time: float) -> dict[str, tuple[tuple[int, float],
 # --- stages ---------------------------------------------------------------------------------------
 
 STAGE_ADVICE = "another 'until' of the stage, or places that meet then"
-CLOSES_WITHIN = 1e-6  # of a part's reach: what closes may be so far off, as places are typed
 
 
 def through_stages(
@@ -247,7 +247,7 @@ def _next_stage(result: Result) -> Scene:
     parts = assembly.mechanism.parts
     far = moves / [part.reach for part in parts]
     k = int(np.argmax(far))
-    if far[k] > CLOSES_WITHIN:
+    if far[k] > TYPED:
         raise CannotContinueError(
             f"what closes there is apart: '{parts[k].body}' would have to move by {moves[k]:.3g} m"
         )

@@ -17,7 +17,6 @@ import numpy as np
 
 from exudyn_flexlink.accuracy.study import Method, Runs, Trial, extrapolated
 from exudyn_flexlink.observables import (
-    STILL,
     common_points,
     common_times,
     farthest,
@@ -33,7 +32,7 @@ from exudyn_flexlink.observables import (
     worst_force,
 )
 from exudyn_flexlink.result import Result
-from exudyn_flexlink.rounding import LEAST_LENGTH
+from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING
 from exudyn_flexlink.scene import Scene
 
 SURE = 0.03  # of the limit at which runs have parted: up to there errors are judged
@@ -213,7 +212,7 @@ class Study(Bench):
     @cached_property
     def still(self) -> bool:
         """Whether none of these points moves."""
-        return room(self.reference.result, self.judged_by) <= STILL
+        return room(self.reference.result, self.judged_by) <= PLACE_ROUNDING
 
 
 class NothingRunError(Exception):

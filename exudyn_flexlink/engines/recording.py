@@ -218,7 +218,7 @@ def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -
 
 
 AT_ONCE = 32  # steps that wait: more take memory, and little less time
-BLOCK = 512  # steps that are looked through for extremes together
+BLOCK = 512  # steps, or instants in steps that wait, that are looked through together
 
 
 @dataclass(frozen=True)

@@ -489,7 +489,7 @@ def _no_rest(mechanism: Mechanism, at: _Look) -> NoRestError:
 
 
 STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
-SAME = 1e-6  # rad: by so little or less the angles of one way differ
+SAME_WAY = 1e-6  # rad, or rad/s, m/s: bodies that differ by so little or less stand, or move, alike
 
 
 def moved_by_forces(assembly: Assembly) -> list[str]:
@@ -592,7 +592,7 @@ def _searched(assembly: Assembly, fixed: Start, loose: list[tuple[int, ...]]) ->
             q, _ = straight_positions(mechanism, start)
         except CannotAssembleError:
             continue
-        if all(_apart(q[:, 2], angles) > SAME for angles in known):
+        if all(_apart(q[:, 2], angles) > SAME_WAY for angles in known):
             known.append(q[:, 2])
     return known[1:]
 

@@ -247,11 +247,6 @@ class FlatContact(_Pair):
         return 4 * self.farthest**2 / (largest + self.farthest)
 
     @property
-    def point(self) -> Anchor:
-        """Where places on the face are counted from."""
-        return self.start
-
-    @property
     def width(self) -> float:
         """Length between both anchors, m."""
         return hypot(self.end.x - self.start.x, self.end.y - self.start.y)
@@ -896,12 +891,6 @@ class Mechanism:
     def contacts_and_pairs(self) -> tuple[Contact, ...]:
         """Those, then the pairs of links and guides: the order of all arrays of contacts."""
         return (*self.touching, *(pair for channel in self.channels for pair in channel.contacts))
-
-    @property
-    def has_play(self) -> bool:
-        """Whether a joint has clearance, whose touches multiply errors."""
-        played = any(channel.clearance > 0 for channel in self.channels)
-        return played or bool(self.bearings or self.grooves)
 
     @property
     def all_springs(self) -> tuple[RotarySpring | LinearSpring, ...]:

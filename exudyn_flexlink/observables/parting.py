@@ -30,11 +30,10 @@ from exudyn_flexlink.observables.points import (
     still_text,
 )
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError, Result
-from exudyn_flexlink.rounding import SUM_ROUNDING
+from exudyn_flexlink.rounding import PLACE_ROUNDING, SUM_ROUNDING
 from exudyn_flexlink.scene import RevoluteJoint
 from exudyn_flexlink.source import unknown
 
-STILL = 1e-13  # m: rounding; what moves by less stands still
 ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
 VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
 # What is told of a run over its distance from one that is less accurate. Both may miss the same
@@ -363,7 +362,7 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
     that of the other one. Once both have parted visibly nothing is told.
     """
     points = judged_points(run.scene)
-    if max(room(result, points) for result in (run, other)) <= STILL:
+    if max(room(result, points) for result in (run, other)) <= PLACE_ROUNDING:
         return MeasuredError(missing=still_text(points))
     asked = run.scene.accuracy.tolerance
     assert asked is not None  # runs of given steps are not measured

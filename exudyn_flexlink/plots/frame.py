@@ -285,16 +285,16 @@ def wrapped(text: str, width: float, size: float, weight: str = "normal") -> lis
     Text beyond a few lines is left out; dots stand for it.
     """
     font = FontProperties(size=size, weight=weight)
-    columns = max(int(len(text) * 72 * width / (_points(text, font) or 1.0)), 10)
+    columns = max(int(len(text) * 72 * width / (text_width(text, font) or 1.0)), 10)
     while True:
         lines = textwrap.wrap(text, columns, max_lines=MOST_LINES, placeholder=" ...")
-        widest = max((_points(line, font) for line in lines), default=0.0)
+        widest = max((text_width(line, font) for line in lines), default=0.0)
         if widest <= 72 * width or columns <= 10:
             return lines
         columns = int(0.9 * columns)
 
 
-def _points(line: str, font: FontProperties) -> float:
+def text_width(line: str, font: FontProperties) -> float:
     """Width of a line in points; a dollar sign is a letter, it does not begin a formula."""
     with settings({}):
         return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])

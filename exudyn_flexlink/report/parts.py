@@ -36,6 +36,7 @@ from exudyn_flexlink.mechanism import (
     welded_to,
     wound_at_start,
 )
+from exudyn_flexlink.mechanism.equilibrium import SAME_WAY
 from exudyn_flexlink.report.text import (
     Table,
     in_blocks,
@@ -138,7 +139,6 @@ def _balance_text(value: float) -> str:
 
 MODES = 4
 STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
-NOTICEABLE = 1e-6  # rad, rad/s, m/s: by more than this a body stands otherwise, or moves
 
 
 def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:
@@ -392,7 +392,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     here = {body: float(state.q[parts[0], 2]) for body, parts in bodies}
     speeds = {body: float(state.v[parts[0], 2]) for body, parts in bodies}
     ways = [
-        {b: a for b, a in way.items() if abs(_wrapped(a - here[b])) > NOTICEABLE}
+        {b: a for b, a in way.items() if abs(_wrapped(a - here[b])) > SAME_WAY}
         for way in ([] if scene.initial.at_rest else other_ways(scene, assembly))
     ]
     others = [
@@ -424,7 +424,7 @@ def _places(assembly: Assembly) -> str:
 
 def _moving(speed: float, unit: str) -> str:
     """What is said of a speed after the place; nothing where there is none."""
-    return f" at {_rounded(speed)} {unit}" if abs(speed) > NOTICEABLE else ""
+    return f" at {_rounded(speed)} {unit}" if abs(speed) > SAME_WAY else ""
 
 
 def _rounded(value: float) -> str:

@@ -13,7 +13,6 @@ from math import degrees, inf, isfinite
 import numpy as np
 
 from exudyn_flexlink.observables import (
-    STILL,
     BendingPeak,
     ContactTotals,
     PairTotals,
@@ -59,6 +58,7 @@ from exudyn_flexlink.result import (
     MeasuredError,
     Result,
 )
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint, SlotJoint
 from exudyn_flexlink.shipped import ENGINES, LAGRANGIAN
 
@@ -468,8 +468,7 @@ def error_table(result: Result) -> Table:
 def _still(result: Result) -> str:
     """Say that no point which is judged moves, so that the tolerance limits nothing; else ''."""
     points = judged_points(result.scene)
-    moved = len(result.time) < 2 or not room(result, points) <= STILL  # nan of a failed run moves
-    if moved:
+    if len(result.time) < 2 or not room(result, points) <= PLACE_ROUNDING:  # nan of a failed run
         return ""
     hint = "a point off the axis of a body would show how that turns"
     return f"not measured: {still_text(points)}; {hint}"

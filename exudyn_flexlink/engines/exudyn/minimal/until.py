@@ -37,10 +37,9 @@ from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing, Guard, zero
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Held, Until, until_mistakes
-from exudyn_flexlink.rounding import NEGLIGIBLE
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
 from exudyn_flexlink.source import KeyPath, Mistake
 
-ROUNDING = 1e-13  # of its terms: nearer below zero the formula is zero
 FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of those that are looked at together
 FINEST = 2.0**-16  # of a step: crossings nearer to each other are none, or one
 ASIDE = 1e-4  # of a step, to either side of a crossing: there its rate is taken

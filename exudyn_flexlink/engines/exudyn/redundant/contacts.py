@@ -52,9 +52,8 @@ from exudyn_flexlink.mechanism import (
     poses_of,
     pressed_among,
 )
-from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING
+from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING, ROUNDING
 
-EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
 # to step, and what a far shorter step leaves in them disturbs the next.
 SHORTEST = 0.1
@@ -201,7 +200,7 @@ class ContactItem:
         if not self._two_sided:  # what is held on both sides strikes nothing
             step = self._toward_release(touch, min(step, self.contact_step))
         until = inf
-        if abs(touch.slip) * step > EDGE * self.items.length:
+        if abs(touch.slip) * step > ROUNDING * self.items.length:
             left = self.items.length - touch.place if touch.slip > 0 else touch.place
             until = left / abs(touch.slip)
         if until > 1.5 * self.contact_step:
@@ -239,7 +238,7 @@ class ContactItem:
     def _on_face(self, at: float) -> bool:
         """Tell whether a place is on the face; circles, of infinite length, have no ends."""
         length = self.items.length
-        return -EDGE * length <= at <= (1 + EDGE) * length
+        return -ROUNDING * length <= at <= (1 + ROUNDING) * length
 
     def _can_meet(self, touch: ItemTouch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""
