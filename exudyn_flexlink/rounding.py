@@ -13,5 +13,6 @@ LEAST_LENGTH = 1e-15  # m: no gap and no place is known better
 TINY = 1e-300  # in place of zero where something is divided by it: then nothing comes of it
 PLACE_ROUNDING = 1e-12  # m or rad: what events and steps leave of a gap; foils rest 5e-12 m deep
 INVISIBLE = 1e-9  # m or rad: nobody types, or sees, so little of a place
+EVENT_TIME = 1e-13  # s: accuracy of an event's instant, where the clock resolves it
 LAST_PLACES = 4  # units in the last place of an instant: of those so near, either may be first
 KNOT_TIME = 1e-12  # s: instants so near to each other are one, as times of steps add up to that

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
-from exudyn_flexlink.rounding import ROUNDING
+from exudyn_flexlink.rounding import EVENT_TIME, ROUNDING
 
 Turns = tuple[IndexArray, FloatArray, FloatArray]
 
@@ -180,7 +180,6 @@ def _rows(nodes: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     return at, np.asarray(slopes, dtype=np.float64).T
 
 
-EVENT_TIME = 1e-13  # s: accuracy of an event's instant, where the clock resolves it
 LOOKS = 8  # instants of a step at which an event function is evaluated
 GAP_ROUNDING = 1e-14  # m: an event function that is less than this below zero is zero, rounded
 HALVINGS = 40  # of the time to the next look, in the search for where a function rises from zero

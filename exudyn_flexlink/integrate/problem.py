@@ -14,9 +14,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.rounding import UNIT_ROUNDING
+from exudyn_flexlink.rounding import EVENT_TIME, UNIT_ROUNDING
 
-JUST = 2e-13  # s: twice as near as steps end at an instant
+JUST = 2 * EVENT_TIME  # s: twice as near as steps end at an instant
 
 
 def instant(t: float, least: float) -> float:

@@ -32,6 +32,7 @@ from exudyn_flexlink.plots.frame import (
     FLAT,
     GREEN,
     GREY,
+    LEGEND,
     ORANGE,
     RED,
     ROW_HEIGHT,
@@ -292,7 +293,6 @@ def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
     return "\n".join(filter(None, (what, words, beyond)))
 
 
-LEGEND = 2.2  # inches on a screen, beside the drawing; in print below it
 LOWEST, TALLEST_START = 2.4, 7.5  # inches, of the drawing
 TOGETHER = 2e-3  # of the drawing: points nearer than this look like one, and have one text
 UP = np.array([0.0, 1.0])
@@ -301,11 +301,10 @@ MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
 SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
 SPOT = 3.0  # points, between two spots of a line that names keep away from
-HALF_LINE = 2.0  # points, of the thickness of most lines: names keep off their edges
 DIRECTIONS = 24
 LABEL_DISTANCE = 7.0  # points, from a place to its label
 FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
-APART = 2.0  # points, between two names, so that they don't read as one
+APART = 2.0  # points, between names, so that they don't read as one, and to the middle of a line
 # What a place for a name costs, which is 1 where it lies on another:
 OF_LINE = 0.15  # for a spot of a line that is hidden
 OUTSIDE = 40.0  # for leaving the axes
@@ -485,7 +484,7 @@ class Labels:
         within = Bbox.intersection(box, self._window)
         inside = 0.0 if within is None else within.width * within.height
         outside = 1 - inside / (box.width * box.height)
-        on_lines = OF_LINE * box.padded(HALF_LINE * self._pixels).count_contains(self._spots)
+        on_lines = OF_LINE * box.padded(APART * self._pixels).count_contains(self._spots)
         return float(OUTSIDE * outside + box.count_overlaps(self._taken) + on_lines)
 
 

@@ -170,6 +170,7 @@ def is_figure(content: bytes) -> bool:
 
 
 FLAT = 1e-6  # of what is drawn: places, and radii, that differ by less are one
+LEGEND = 2.4  # inches on a screen, of a legend beside axes; in print above or below them
 ROW_HEIGHT = 0.24  # inches on a screen, of a line of a legend, or of a row beside it
 LINE = 0.022  # inches: height of a line of text per point of its font
 MOST_LINES = 4  # of a title, note or caption: the rest is left out

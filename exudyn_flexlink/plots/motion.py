@@ -51,6 +51,7 @@ from exudyn_flexlink.plots.frame import (
     styled,
 )
 from exudyn_flexlink.plots.panels import (
+    BAND,
     BEYOND_LINE,
     Given,
     engine_colour,
@@ -76,7 +77,6 @@ Y_COLOURS = ("#8C1C13", "#E8704A", "#F2A541", PURPLE)
 OFF = -0.1  # of a polar plot's width: where its radial scale stands
 NESTED = 4  # laps, at most, that are drawn each thinner than the one before and named alone
 STEP = 0.8  # line widths between two of them
-BAND = 11.0  # points, of the shading along a line
 
 
 @styled

@@ -43,7 +43,8 @@ BEYOND_LINE: dict[str, Any] = {
     "solid_capstyle": "butt",
     "zorder": 1,
 }
-"""and along a line."""
+"""and along a line,"""
+BAND = 9.0  # points: width of the shading there
 
 # Look of the mark at the instant from which on positions may be off by more than asked:
 DOUBT_LINE: dict[str, Any] = {"color": "#8A63B0", "linewidth": 0.8, "zorder": 1}

@@ -29,6 +29,7 @@ from exudyn_flexlink.plots.frame import (
     ENGINE_COLOURS,
     GREEN,
     GREY,
+    LEGEND,
     ORANGE,
     OTHERS,
     PURPLE,
@@ -123,7 +124,6 @@ LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
          "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
 """Markers and lines of formulations; an engine without formulations has those of ''."""
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
-LEGEND = 2.4  # inches on a screen: height of the legend above, in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # an axis of time with fewer has labels between powers of ten, too

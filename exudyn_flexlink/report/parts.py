@@ -12,7 +12,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
-from exudyn_flexlink.curves import CornerArc, Curve, Spline
+from exudyn_flexlink.curves import CornerArc, Curve, Spline, finer
 from exudyn_flexlink.laws import LineContact, PowerPenalty, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.linear import motion_text
 from exudyn_flexlink.loading import other_ways, rest_of_scene
@@ -138,7 +138,6 @@ def _balance_text(value: float) -> str:
 
 
 MODES = 4
-STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
 
 
 def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:
@@ -260,9 +259,7 @@ def _looked_at(curve: Curve) -> tuple[FloatArray, float]:
     """Points (n, 2) in m, close to each other, and the largest curvature there, 1/m."""
     points, bends = [], [0.0]
     for piece in curve.pieces:
-        grid = piece.grid()
-        steps = np.arange(STEPS) / STEPS
-        u = np.append((grid[:-1, None] + np.diff(grid)[:, None] * steps).ravel(), grid[-1])
+        u = finer(piece.grid())
         points.append(piece.point(u))
         bends.append(float(np.abs(piece.curvature(u)).max()))
     return np.concatenate(points), max(bends)

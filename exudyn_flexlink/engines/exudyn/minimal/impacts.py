@@ -58,8 +58,9 @@ SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is clo
 # m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
 # what a gap is off by, and nobody sees that.
 INVISIBLE_SPEED = 1e-4
-# Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
-NOTHING_PASSED_ON = 1e-6
+# Of an impact's largest impulse, and of how far it moves a gap: less is not passed on. Of a rigid
+# contact's largest reaction in the last step: one that is so little below zero pulls nothing.
+WEAK_PUSH = 1e-6
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 
@@ -177,7 +178,7 @@ def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArra
     arms = np.linalg.solve(mass, both.T)
     sizes = np.sqrt(np.einsum("kn,nk->k", both, arms))
     moved = np.abs(others @ arms[:, : len(rows)])
-    least = NOTHING_PASSED_ON * sizes[len(rows) :, None] * sizes[: len(rows)]
+    least = WEAK_PUSH * sizes[len(rows) :, None] * sizes[: len(rows)]
     return np.asarray((moved > least).any(axis=1))
 
 
@@ -334,7 +335,7 @@ def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
     """
     rough = [c for c, law in enumerate(laws) if law.friction is not None]
     sizes = np.sqrt(np.einsum("icic->ic", moved))
-    felt = (np.abs(moved) > NOTHING_PASSED_ON * sizes[..., None, None] * sizes).any((0, 2))
+    felt = (np.abs(moved) > WEAK_PUSH * sizes[..., None, None] * sizes).any((0, 2))
     return any(np.count_nonzero(felt[c]) > 1 for c in rough)
 
 
@@ -408,9 +409,9 @@ class Impacts:
             laws = [self._contacts[k] for k in which]
             jump = jump_of(at, gaps, restitution, laws, self.model.frictions)
             self._jump(time, jump, which, over)
-            hit = np.flatnonzero(jump.impulse > NOTHING_PASSED_ON * jump.impulse.max())
+            hit = np.flatnonzero(jump.impulse > WEAK_PUSH * jump.impulse.max())
             moved = np.abs(mobility(gaps, at.mass)[1][np.ix_(hit, hit)])
-            if restitution[hit].any() and np.triu(moved, 1).max() > NOTHING_PASSED_ON * moved.max():
+            if restitution[hit].any() and np.triu(moved, 1).max() > WEAK_PUSH * moved.max():
                 self.together.append((time, [self._bounces[which[c]].name for c in hit]))
         # The next bounce of one that was struck as it went away is lower than gaps are known to.
         slow = {k: INVISIBLE_SPEED if k == struck else REST_SPEED for k in which}
