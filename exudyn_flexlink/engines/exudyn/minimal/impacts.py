@@ -11,13 +11,24 @@ Contacts*, Wiley 1996, ch. 8). The kinetic energy changes by ``p (g'_a + g'_s)/2
 what drives do that keep their speeds. Bounces get shorter and shorter; where the next one would be
 too low to be seen, the contact lasts: which of those at rest press follows likewise from their
 accelerations.
+
+In the impact of one contact with Coulomb's friction both impulses grow together until it is over.
+With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of the gap follow
+
+    u = u_a + k_t P_t + k_tn P_n,      w = w_a + k_n P_n + k_tn P_t
+
+as P_n grows (E. J. Routh, *Dynamics of a System of Rigid Bodies*, part 1, 1897; Y. Wang and
+M. T. Mason, J. Appl. Mech. 59 (1992) 635). While it slides dP_t = -mu sgn(u) dP_n; where u comes to
+zero it sticks if friction is enough, and else slides back. The gap closes until w = 0, at P_c, and
+the touch is over at (1 + e) P_c: this is Poisson's restitution, which never adds energy. With
+k_tn = 0, as of a round body, it is the same as Newton's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
+from math import copysign, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -30,18 +41,13 @@ from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.friction import (
     MOST_ROUNDS,
     SEARCH_ROUNDING,
-    Gaps,
     JointFrictions,
     LockedError,
-    Meeting,
-    RigidContact,
-    impulses,
-    mobility,
-    turned_back,
     within_bounds,
 )
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
+from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, JammedError, RigidContact, mobility
 from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.complementarity import (
     RubbingImpact,
@@ -63,6 +69,64 @@ INVISIBLE_SPEED = 1e-4
 WEAK_PUSH = 1e-6
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
+
+
+class Meeting(NamedTuple):
+    """Inverse masses k_t, k_n, k_tn (1/kg), slip u_a and rate w_a of the gap before (m/s).
+
+    `contact` is its name.
+    """
+
+    along: float
+    across: float
+    both: float
+    slip: float
+    rate: float
+    contact: str = ""
+
+    @property
+    def is_round(self) -> bool:
+        """Tell whether neither impulse changes the speed that the other does."""
+        return self.both**2 <= NEGLIGIBLE**2 * self.along * self.across
+
+
+def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, float]:
+    """Return P_n and P_t (N s) of an impact with a coefficient of friction and a restitution.
+
+    Raises:
+        JammedError: no impulse, however large, ends the approach.
+
+    """
+    both = 0.0 if at.is_round else at.both
+    slides, then = _ways(at, both, friction)
+    turning = both + at.along * slides
+    stops = -at.slip / turning if at.slip * turning < 0 else 0.0 if at.slip == 0 else inf
+    closing = at.across + both * slides
+    squeezed = -at.rate / closing if closing > NEGLIGIBLE * at.across else inf
+    if squeezed > stops:
+        left, closing = at.rate + closing * stops, at.across + both * then
+        squeezed = stops - left / closing if closing > NEGLIGIBLE * at.across else inf
+    if squeezed == inf:
+        raise JammedError(at.contact)
+    pressed = (1 + restitution) * squeezed
+    slid = min(pressed, stops)
+    return pressed, slides * slid + then * (pressed - slid)
+
+
+def _ways(at: Meeting, both: float, friction: float) -> tuple[float, float]:
+    """Return dP_t/dP_n at first, and once the slip has come to zero."""
+    sticks = at.along > 0 and abs(both) <= friction * at.along
+    # Where nothing can move along the face friction has no effect; at rest it needs no force.
+    then = -both / at.along if sticks else -copysign(friction, both) if both else 0.0
+    return (-copysign(friction, at.slip) if at.slip else then), then
+
+
+def turned_back(at: Meeting, friction: float, pressed: float, returns: float) -> float:
+    """Return P_t (N s) of a round body, where the part `returns` of the slip comes back."""
+    if at.along == 0:
+        return 0.0
+    bound = friction * pressed
+    return max(-bound, min(bound, -(1 + returns) * at.slip / at.along))
 
 
 def meets(touch: Touch, time: float) -> bool:

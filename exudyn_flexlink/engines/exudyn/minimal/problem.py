@@ -26,11 +26,12 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     Goal,
     Overlooked,
 )
-from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError, LockedError
+from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import WEAK_PUSH, Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
+from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.until import UntilWatch
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.pair_events import TurnsGuard
