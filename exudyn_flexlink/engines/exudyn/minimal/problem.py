@@ -20,12 +20,8 @@ from exudyn_flexlink.engines.diagnostics import (
 )
 from exudyn_flexlink.engines.exudyn.minimal.contacts import LapFollower, TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.events import (
-    EventFinder,
-    Followed,
-    Goal,
-    Overlooked,
-)
+from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder, Followed, Goal
+from exudyn_flexlink.engines.exudyn.minimal.formulas import Overlooked
 from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import WEAK_PUSH, Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.events import (
+from exudyn_flexlink.engines.exudyn.minimal.formulas import (
     COEFFICIENTS,
     DEGREE,
     FACTORIALS,
