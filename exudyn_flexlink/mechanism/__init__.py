@@ -76,10 +76,9 @@ from exudyn_flexlink.mechanism.equilibrium import (
     rest_of,
     shared_forces,
 )
-from exudyn_flexlink.mechanism.model import (
+from exudyn_flexlink.mechanism.joints import (
     GROUND,
     Anchor,
-    Apart,
     Channel,
     CircleContact,
     Contact,
@@ -88,28 +87,31 @@ from exudyn_flexlink.mechanism.model import (
     FlatContact,
     Gear,
     Groove,
-    Held,
     JointFriction,
+    Pin,
+    RopeContact,
+    Slide,
+    Slot,
+    SumStop,
+    Weld,
+    deepest_allowed,
+)
+from exudyn_flexlink.mechanism.model import (
+    Apart,
+    Held,
     LinearSpring,
     Mechanism,
     Motor,
-    Pin,
     Placed,
     PointForce,
     RigidPart,
-    RopeContact,
     RotarySpring,
     Sense,
     Size,
-    Slide,
     Sliding,
-    Slot,
-    SumStop,
     TorqueMotor,
     Turning,
     Until,
-    Weld,
-    deepest_allowed,
 )
 from exudyn_flexlink.mechanism.prescribed import Applied, Prescribed, Ramp
 from exudyn_flexlink.mechanism.schedule import (

@@ -43,7 +43,7 @@ from exudyn_flexlink.mechanism.constraints import (
 )
 from exudyn_flexlink.mechanism.contacts import penalty_of, pressing_law
 from exudyn_flexlink.mechanism.dynamics import Bodies
-from exudyn_flexlink.mechanism.model import (
+from exudyn_flexlink.mechanism.joints import (
     GROUND,
     Anchor,
     Channel,
@@ -55,26 +55,28 @@ from exudyn_flexlink.mechanism.model import (
     Gear,
     Geared,
     Groove,
-    Held,
     JointFriction,
+    Pin,
+    RopeContact,
+    Slide,
+    Slot,
+    SumStop,
+    Weld,
+)
+from exudyn_flexlink.mechanism.model import (
+    Held,
     LinearSpring,
     Mechanism,
     Motor,
-    Pin,
     Placed,
     PointForce,
-    RopeContact,
     RotarySpring,
     Sense,
     Size,
-    Slide,
     Sliding,
-    Slot,
-    SumStop,
     TorqueMotor,
     Turning,
     Until,
-    Weld,
 )
 from exudyn_flexlink.mechanism.prescribed import (
     Formula,

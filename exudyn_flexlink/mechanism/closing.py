@@ -28,6 +28,7 @@ from exudyn_flexlink.mechanism.constraints import (
     places_near,
     slot_point,
 )
+from exudyn_flexlink.mechanism.joints import GROUND, NOTHING, Anchor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.least_motion import (
     LeastMotion,
     scale_roots,
@@ -35,16 +36,7 @@ from exudyn_flexlink.mechanism.least_motion import (
     whole_roots,
     within_body,
 )
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    NOTHING,
-    Anchor,
-    Mechanism,
-    Pin,
-    Slide,
-    Slot,
-    Weld,
-)
+from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.rounding import ROUNDING, TINY
 

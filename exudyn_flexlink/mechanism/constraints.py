@@ -15,24 +15,17 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Gear, Pin, Slide, Slot, SumStop, Weld
 from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
     Apart,
-    Gear,
     Mechanism,
     Motor,
-    Pin,
     PointForce,
     RigidPart,
     Sense,
     Size,
-    Slide,
     Sliding,
-    Slot,
-    SumStop,
     Turning,
-    Weld,
 )
 
 

@@ -23,14 +23,8 @@ from exudyn_flexlink.laws import (
     SpringDamper,
 )
 from exudyn_flexlink.mechanism.constraints import inertia_with_welded, length_along, welded_to
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    Contact,
-    FaceContact,
-    Mechanism,
-    Slide,
-)
+from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Contact, FaceContact, Slide
+from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.shapes import ContactShapes, poses_of, vectors
 from exudyn_flexlink.rounding import PLACE_ROUNDING
 from exudyn_flexlink.scene import (

@@ -31,21 +31,18 @@ from exudyn_flexlink.mechanism.constraints import (
     turning,
 )
 from exudyn_flexlink.mechanism.contacts import gradient
-from exudyn_flexlink.mechanism.least_motion import LeastMotion
-from exudyn_flexlink.mechanism.model import (
+from exudyn_flexlink.mechanism.joints import (
     GROUND,
     Anchor,
     Channel,
     Contact,
-    LinearSpring,
-    Mechanism,
     Pin,
-    RigidPart,
     RopeContact,
-    RotarySpring,
     Slide,
     SumStop,
 )
+from exudyn_flexlink.mechanism.least_motion import LeastMotion
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, RigidPart, RotarySpring
 from exudyn_flexlink.rounding import TINY
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (

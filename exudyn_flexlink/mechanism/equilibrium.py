@@ -45,13 +45,14 @@ from exudyn_flexlink.mechanism.constraints import (
 )
 from exudyn_flexlink.mechanism.contacts import approach, gradient, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
+from exudyn_flexlink.mechanism.joints import GROUND, NOTHING, Contact, RopeContact, Slide
 from exudyn_flexlink.mechanism.least_motion import (
     LeastMotion,
     scale_roots,
     spanning_tree,
     within_body,
 )
-from exudyn_flexlink.mechanism.model import GROUND, NOTHING, Contact, Mechanism, RopeContact, Slide
+from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.rounding import NEGLIGIBLE, TINY, UNIT_ROUNDING

@@ -19,7 +19,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.constraints import Constraints
-from exudyn_flexlink.mechanism.model import GROUND, NOTHING, Mechanism
+from exudyn_flexlink.mechanism.joints import GROUND, NOTHING
+from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, TINY
 
 FIRST = 1e3  # times as much as joints counts a given angle, where both contradict

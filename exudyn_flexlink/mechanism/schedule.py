@@ -27,16 +27,8 @@ from exudyn_flexlink.mechanism.closing import CLOSED
 from exudyn_flexlink.mechanism.constraints import anchor_jacobian, motor_place, motor_speed, turning
 from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.dynamics import contact_mass, pushed
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Channel,
-    Contact,
-    Mechanism,
-    Motor,
-    RopeContact,
-    Size,
-    Until,
-)
+from exudyn_flexlink.mechanism.joints import GROUND, Channel, Contact, RopeContact
+from exudyn_flexlink.mechanism.model import Mechanism, Motor, Size, Until
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, Ramp, SpeedOf, Tabled
 from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec

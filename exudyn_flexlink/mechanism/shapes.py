@@ -27,7 +27,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.mechanism.constraints import Frame
-from exudyn_flexlink.mechanism.model import (
+from exudyn_flexlink.mechanism.joints import (
     Anchor,
     CircleContact,
     Contact,

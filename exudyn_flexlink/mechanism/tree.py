@@ -15,18 +15,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism.constraints import Frame, weld_groups, with_at_origin
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    Gear,
-    Geared,
-    Mechanism,
-    Motor,
-    Pin,
-    Slide,
-    Slot,
-    Weld,
-)
+from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Gear, Geared, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import Mechanism, Motor
 
 HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 

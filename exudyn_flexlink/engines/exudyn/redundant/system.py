@@ -39,7 +39,7 @@ from exudyn_flexlink.mechanism import (
     motor_place,
     size_at,
 )
-from exudyn_flexlink.mechanism.model import NOTHING
+from exudyn_flexlink.mechanism.joints import NOTHING
 
 
 def add_loads(system: System) -> None:
