@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Places, next_piece
 from exudyn_flexlink.engines.lagrangian.model import Frame, Model, Pivot
 from exudyn_flexlink.engines.touching import Laws, rubbing
@@ -350,15 +350,10 @@ class PinnedContacts(Contacts):
         speeds = at.v[:, :, None]
         rate = (rows @ speeds)[:, :, 0]
         slip = (slides @ speeds)[:, :, 0]
-        active = self._is_active(which)
+        active = np.isin(which - self._walls[0], self._pin.groove.walls(self._pin.lap))
         gap = np.where(active, gap, AWAY)
         rate = np.where(active, rate, 0.0)
         return WallsSeen(gap, rate, slip, rows, slides, -sides * bent[:, None])
-
-    def _is_active(self, which: IndexArray) -> BoolArray:
-        """Which walls (k,) are those of the present lap."""
-        active = self._pin.groove.walls(self._pin.lap)
-        return np.isin(which - self._walls[0], active)
 
 
 def _from(point: Anchor, pivot: Pivot) -> complex:

@@ -457,11 +457,9 @@ class TreeContacts:
     def touch_of(self, k: int, seen: Seen) -> Touch:
         """Where contact k is, of a single one that is seen."""
         gap, place, gap_rate, slip = map(float, seen)
-        return Touch(gap, place, gap_rate, slip, self._inside(k, place))
-
-    def _inside(self, k: int, place: float) -> float:
         length = float(self.length[k])
-        return inf if length == inf else min(place, length - place)
+        inside = inf if length == inf else min(place, length - place)
+        return Touch(gap, place, gap_rate, slip, inside)
 
     def _view(self, k: int, x: FloatArray, _: FloatArray) -> ComplexArray:
         """What is seen from the axes of contact k's curve, at coordinates (n, links)."""

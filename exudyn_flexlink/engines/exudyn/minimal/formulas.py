@@ -36,7 +36,7 @@ from exudyn_flexlink.integrate.events import (
     chebyshev_sum,
     first_fall,
 )
-from exudyn_flexlink.integrate.problem import Evaluation, instant
+from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING
 
@@ -210,7 +210,9 @@ class Overlooked:
         loads, stages, along = self._model.loads, step.stages.kept, None
         now = loads.now(stages.t, stages.state.x, stages.state.v)
         for number, given in enumerate(loads.formulas(now)):
-            moved = self._moved(step.begin, given.unit[0])
+            # How much (m/s^2) anything accelerates by a unit of the torque or force.
+            push = step.begin.kept.state.transform.reduced_rows(given.unit[0])
+            moved = self._model.size(np.linalg.solve(step.begin.mass, push))
             if moved == 0 or not given.sensed:
                 continue
             by_area = allowed / (moved * (self._end - step.t))
@@ -236,8 +238,3 @@ class Overlooked:
                 inner = inner[(inner > NEGLIGIBLE * self._end) & (inner < step.h)]
                 earliest = min(earliest, *(inner[:1] / step.h), 1.0)
         return earliest
-
-    def _moved(self, begin: Evaluation, unit: FloatArray) -> float:
-        """How much (m/s^2) anything accelerates by a unit of a torque or force."""
-        push = begin.kept.state.transform.reduced_rows(unit)
-        return self._model.size(np.linalg.solve(begin.mass, push))

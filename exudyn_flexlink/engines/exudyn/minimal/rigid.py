@@ -170,7 +170,8 @@ class RigidContacts:
         gaps = self.gaps(which, state)
         arms = mobility(gaps, at.mass)[0]
         pushed, pushed_free = self.pushing(which, gaps, state)
-        inverse = self._inverse(which, gaps, arms, pushed_free)
+        opened = self.opened(which, gaps, arms, pushed_free)
+        inverse = least_inverse(opened, even=pushed_free is gaps.free)
         return Holding(gaps, pushed, pushed_free, inverse, np.swapaxes(arms, -1, -2))
 
     def with_reactions(self, at: Evaluation, holding: Holding | None = None) -> Evaluation:
@@ -203,12 +204,6 @@ class RigidContacts:
             if moved[..., c, c].min() <= 0:
                 raise JammedError(self.all[k].name)
         return moved
-
-    def _inverse(
-        self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
-    ) -> FloatArray:
-        moved, smooth = self.opened(which, gaps, arms, pushed), pushed is gaps.free
-        return least_inverse(moved, even=smooth)
 
     def slopes(self, at: Evaluation) -> FloatArray | float:
         """Damping (independent, independent) by friction of contacts that last, at one state."""

@@ -198,7 +198,9 @@ class ContactItem:
     def _while_pressed(self, touch: ItemTouch, step: float) -> float:
         self.items.wake(True)
         if not self._two_sided:  # what is held on both sides strikes nothing
-            step = self._toward_release(touch, min(step, self.contact_step))
+            # Where the point leaves the face a step ends: one across it changes the energy.
+            until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
+            step = end_on(min(step, self.contact_step), max(until, self._shortest))
         until = inf
         if abs(touch.slip) * step > ROUNDING * self.items.length:
             left = self.items.length - touch.place if touch.slip > 0 else touch.place
@@ -207,11 +209,6 @@ class ContactItem:
             return end_on(step, until - self.contact_step)
         # Just before the end: a step beyond it would have no force at all.
         return end_on(step, until - 0.5 * REACHED * min(step, until))
-
-    def _toward_release(self, touch: ItemTouch, step: float) -> float:
-        """End a step where the point leaves the face: a step across it changes the energy."""
-        until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
-        return end_on(step, max(until, self._shortest))
 
     def _while_apart(self, touch: ItemTouch, step: float) -> float:
         gap = max(touch.gap, LEAST_LENGTH)  # open, so that an event ahead is found

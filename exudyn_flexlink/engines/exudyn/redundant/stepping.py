@@ -95,7 +95,10 @@ class ErrorControl:
             return self._step
         # Divided differences carry 1/6 of the derivative.
         error = 6 * self.CONSTANT * now.step**3 * self._third_difference()
-        share = self.tolerance / (self.GROWTH * self._foreseen(now.time))
+        # Steps that share the tolerance, as many as are foreseen:
+        ahead = self.duration / (now.time + 0.02 * self.duration)
+        foreseen = max(self.FEWEST_STEPS, self._steps * ahead)
+        share = self.tolerance / (self.GROWTH * foreseen)
         wanted = now.step * (share / max(error, TINY)) ** (1 / 3)
         turning = max(map(abs, now.v_list[2::3]))
         if turning * wanted > self._largest_turn:
@@ -113,11 +116,6 @@ class ErrorControl:
 
     def _change(self, step: float) -> None:
         self._step, self._since_change = step, 0
-
-    def _foreseen(self, time: float) -> float:
-        """Steps that share the tolerance."""
-        ahead = self.duration / (time + 0.02 * self.duration)
-        return max(self.FEWEST_STEPS, self._steps * ahead)
 
     def _third_difference(self) -> float:
         """Largest third divided difference of the last four weighted positions, m/s^3."""
