@@ -120,9 +120,9 @@ def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **mor
 
 def columns_of(labels: Sequence[str], figure: Any, part: float = 0.85) -> int:
     """Number of columns of a legend that is no wider than a `part` of the figure."""
-    font = FontProperties(size=mpl.rcParams["legend.fontsize"])
-    spaces = ("legend.handlelength", "legend.handletextpad", "legend.columnspacing")
-    sample = font.get_size_in_points() * sum(mpl.rcParams[space] for space in spaces)
+    rc, font = mpl.rcParams, FontProperties(size=mpl.rcParams["legend.fontsize"])
+    beside = rc["legend.handlelength"] + rc["legend.handletextpad"] + rc["legend.columnspacing"]
+    sample = beside * font.get_size_in_points()
     widths = [max(text_width(line, font) for line in name.split("\n")) for name in labels]
     for count in range(len(labels), 1, -1):
         columns = np.array_split(np.array(widths) + sample, count)
