@@ -32,6 +32,7 @@ from exudyn_flexlink.mechanism import (
     slot_point,
     turning,
 )
+from exudyn_flexlink.mechanism.closing import TYPED
 from exudyn_flexlink.observables import carrying_joint, joint_angle, struck_bodies
 from exudyn_flexlink.result import (
     STAGE,
@@ -43,6 +44,7 @@ from exudyn_flexlink.result import (
     Result,
     later,
 )
+from exudyn_flexlink.rounding import KNOT_TIME, ROUNDING
 from exudyn_flexlink.scene import (
     Flank,
     FrozenMapping,
@@ -183,8 +185,6 @@ def _as_it_presses(scene: Scene, result: Result, time: float) -> Scene:
 # --- stages ---------------------------------------------------------------------------------------
 
 STAGE_ADVICE = "another 'until' of the stage, or places that meet then"
-CLOSES_WITHIN = 1e-6  # of a part's reach: what closes may be so far off, as places are typed
-NO_LOSS = 1e-12  # of the kinetic energy: a smaller change of it, as a run goes on, is rounding
 
 
 def through_stages(
@@ -233,7 +233,7 @@ def _with_stage(whole: Result, result: Result, name: str) -> Result:
 def _lost_between(first: Result, second: Result) -> float:
     """Kinetic energy (J) that impulses take as a run goes on; below zero: that drives supply."""
     before, after = float(first.energy.kinetic[-1]), float(second.energy.kinetic[0])
-    return before - after if abs(before - after) > NO_LOSS * max(before, after) else 0.0
+    return before - after if abs(before - after) > ROUNDING * max(before, after) else 0.0
 
 
 def _next_stage(result: Result) -> Scene:
@@ -257,7 +257,7 @@ def _next_stage(result: Result) -> Scene:
     parts = assembly.mechanism.parts
     far = moves / [part.reach for part in parts]
     k = int(np.argmax(far))
-    if far[k] > CLOSES_WITHIN:
+    if far[k] > TYPED:
         raise CannotContinueError(
             f"what closes there is apart: '{parts[k].body}' would have to move by {moves[k]:.3g} m"
         )
@@ -473,7 +473,6 @@ SERIES = (
     *("energy", "extremes", "joint_impulses"),
 )
 """Fields of a result that are joined along time."""
-CLOCK_ROUNDING = 1e-12  # s: error of the clock at which a run goes on
 
 
 def joined(first: Result, second: Result) -> Result:
@@ -533,7 +532,7 @@ def _require_following(first: Result, second: Result) -> None:
     reason = ""
     if first.engine != second.engine:
         reason = f"one is by {first.engine}, the other by {second.engine}"
-    elif anew or abs(begin - end) > CLOCK_ROUNDING * max(1.0, end):
+    elif anew or abs(begin - end) > KNOT_TIME * max(1.0, end):
         why = "it starts anew" if anew else f"it begins at {begin:.9g} s"
         reason = f"{why}, the first ends at {end:.9g} s; see Result.continued"
     else:

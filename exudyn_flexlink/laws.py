@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.rounding import UNIT_ROUNDING
 
 ELASTIC = 1e-6  # a factor: below it the series is more exact than closed forms, which lose digits
-BELOW_ONE = 1 - 1e-15
 
 
 def restitution_of(factor: float) -> float:
@@ -36,7 +36,7 @@ def restitution_of(factor: float) -> float:
     """
     if factor < ELASTIC:
         return 1 - 2 * factor / 3
-    most = min(1.0, BELOW_ONE / factor)
+    most = min(1.0, (1 - UNIT_ROUNDING) / factor)
     if _unbalanced(factor, most) <= 0:
         return most
     return _root(lambda e: _unbalanced(factor, e), 0.0, most)
@@ -51,7 +51,7 @@ def _unbalanced(factor: float, restitution: float) -> float:
 def _exact(restitution: float) -> float:
     """Factor with which an impact has exactly this restitution."""
     low = 1.5 * (1 - restitution)  # gives a larger restitution
-    high = BELOW_ONE / restitution
+    high = (1 - UNIT_ROUNDING) / restitution
     if low < ELASTIC or _unbalanced(high, restitution) <= 0:
         return low if low < ELASTIC else high
     return _root(lambda a: _unbalanced(a, restitution), low, high)

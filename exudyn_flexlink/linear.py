@@ -26,10 +26,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.mechanism import Assembly, anchor_jacobian
+from exudyn_flexlink.rounding import NEGLIGIBLE, SUM_ROUNDING
 from exudyn_flexlink.scene import Scene
-
-NO_DAMPING = 1e-9  # ratio: less is rounding
-ROUNDING = 1e-14  # of the largest square of a frequency: less is none
 
 
 class NotLinearError(ValueError):
@@ -44,7 +42,7 @@ def motion_text(exponent: complex, *, short: bool = False) -> str:
     if exponent.imag == 0:
         return f"{'grows' if rate > 0 else 'decays'} by exp({rate:.4g} t/s)"
     swings = f"{abs(exponent.imag) / (2 * pi):.5g} Hz"
-    if abs(rate) <= NO_DAMPING * size:
+    if abs(rate) <= NEGLIGIBLE * size:
         return swings
     share = f"{-100 * rate / size:.3g} %{'' if short else ' of critical damping'}"
     return f"{swings}, {share if rate < 0 else f'grows by exp({rate:.4g} t/s)'}"
@@ -133,7 +131,8 @@ class LinearModel:
         sizes = np.abs(vectors[:count])
         whole = np.abs(solved[:, :count]).max()
         moved = (vectors[:count].conj() * (self.mass @ vectors[:count])).sum(axis=0).real
-        squares = (sizes * (self.stiffness_error @ sizes)).sum(axis=0) / moved + ROUNDING * whole
+        squares = (sizes * (self.stiffness_error @ sizes)).sum(axis=0) / moved
+        squares += SUM_ROUNDING * whole
         values = np.where(np.abs(values) ** 2 > squares, values, 0.0)
         order = np.lexsort((values.imag, np.abs(values)))
         return values[order].astype(complex), vectors[:count, order].astype(complex)

@@ -23,7 +23,6 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import Expression, NoValueError
 from exudyn_flexlink.laws import SpringTable
 from exudyn_flexlink.mechanism import (
-    TOUCHING,
     Assembly,
     CannotAssembleError,
     CannotMoveError,
@@ -61,6 +60,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import tree_layout
 from exudyn_flexlink.once import once_for_each
+from exudyn_flexlink.rounding import INVISIBLE, PLACE_ROUNDING
 from exudyn_flexlink.scene import (
     GROUND,
     Flank,
@@ -165,7 +165,6 @@ def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
 
 NO_START = (NoValueError, CannotAssembleError, CannotMoveError, NoRestError)
 """What keeps a mechanism from being put together, or from its rest."""
-WORTH_A_WORD = 1e-9  # m or rad: less is not worth a word
 TYPED_ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
 
 _OPEN = {
@@ -261,8 +260,8 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
     within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
     message, hint = _OPEN[within if joint is None else joint.type]
-    gap = [f"{error.gap:.3g} m"] if error.gap > WORTH_A_WORD or error.turn <= WORTH_A_WORD else []
-    missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > WORTH_A_WORD else [])]
+    gap = [f"{error.gap:.3g} m"] if error.gap > INVISIBLE or error.turn <= INVISIBLE else []
+    missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > INVISIBLE else [])]
     if error.near is not None:
         hint = f"the joints allow [{error.near[0]:.9g}, {error.near[1]:.9g}] next to it"
     if joint is not None and (others := _loop_of(scene, error.joint)):
@@ -383,14 +382,14 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
             notes.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
         gap = float(approach(bearing, state.q, state.v).gap)
-        if gap < -TOUCHING and not resting and bearing.name not in pressing:
+        if gap < -PLACE_ROUNDING and not resting and bearing.name not in pressing:
             message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", bearing.name), message, hint))
     for groove in assembly.mechanism.grooves:
         walls = [groove.contacts[k] for k in groove.walls(groove.lap)]
         depth = max(-float(approach(wall, state.q, state.v).gap) for wall in walls)
-        if depth > TOUCHING and not resting and groove.name not in pressing:
+        if depth > PLACE_ROUNDING and not resting and groove.name not in pressing:
             message = f"the pin starts {depth:.3g} m inside a wall of its slot"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", groove.name), message, hint))
@@ -403,7 +402,7 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
         stop = scene.stops.get(contact.name)
         gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
         pressing = contact.name in scene.initial.pressing
-        if stop is not None and gap < -TOUCHING and not pressing:
+        if stop is not None and gap < -PLACE_ROUNDING and not pressing:
             if isinstance(stop, Flank):
                 message = "is beyond the flanks: at most half the 'backlash', either way"
                 yield Mistake(("joints", stop.joint, "start"), message)
@@ -437,7 +436,7 @@ def pressed_walls(scene: Scene, assembly: Assembly) -> list[Mistake]:
             contact.name.removeprefix(f"{channel.name}: "): -float(at.gap)
             for contact in (channel.contacts if channel.clearance > 0 else ())
             for at in [approach(contact, state.q, state.v)]
-            if 0 <= at.place <= contact.length and at.gap < -TOUCHING
+            if 0 <= at.place <= contact.length and at.gap < -PLACE_ROUNDING
         }
         if depths and channel.name not in scene.initial.pressing:
             pair, depth = max(depths.items(), key=lambda item: item[1])
@@ -454,7 +453,7 @@ def outside_guides(scene: Scene, assembly: Assembly) -> list[Mistake]:
     return [
         Mistake(("joints", name), about.format(far), hint)
         for name, low, high in in_guides(scene, assembly.mechanism, assembly.state.q)
-        if (far := max(float(low) - 1, -float(high))) > WORTH_A_WORD
+        if (far := max(float(low) - 1, -float(high))) > INVISIBLE
     ]
 
 
@@ -467,7 +466,7 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
         spec, q = scene.springs[spring.name], assembly.state.q
         apart = anchor_position(spring.second, q) - anchor_position(spring.first, q)
         given = spec.length if isinstance(spec, LinearSpring) else 0.0
-        if given != 0 and max(abs(apart)) <= WORTH_A_WORD:
+        if given != 0 and max(abs(apart)) <= INVISIBLE:
             message = "its ends meet at the start, where its force has no direction"
             hint = "'length: 0' for a spring that draws its ends together; else another place"
             notes.append(Mistake(("springs", spring.name), message, hint))

@@ -17,6 +17,7 @@ from typing import Any
 from exudyn_flexlink.fitting import Parameter
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import least_tolerance
+from exudyn_flexlink.observables.parting import FACTOR, TIGHTER
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import unknown
 from exudyn_flexlink.sweeps import FAILED, Row, SweepTable, label_of
@@ -24,8 +25,6 @@ from exudyn_flexlink.sweeps import FAILED, Row, SweepTable, label_of
 FARTHEST = 0.02  # of a parameter, or in its SI unit where that is 0: the largest h
 FINER = 0.25  # of each h: the next one
 STEPS = 3
-TIGHTER = 0.1  # of the tolerance, or of the step: that of the runs
-SAFELY = 3.0  # times the distance of two runs: the error that is told of the finer one
 
 
 class NoSensitivityError(ValueError):
@@ -108,7 +107,7 @@ def sensitivities_in(
         if isnan(value - other):
             raise NoSensitivityError(f"'{name}' is no number here, but {fine.numbers[name]}")
         for p, runs in pairs.items():
-            slope, error, h = _slope(name, runs, SAFELY * abs(value - other))
+            slope, error, h = _slope(name, runs, FACTOR * abs(value - other))
             if isnan(slope):
                 failed = [row.reason for _, *both in runs for row in both if row.status == FAILED]
                 why = failed[0] if failed else "the quantity has no number beside it"

@@ -444,6 +444,9 @@ def parse_document(text: str, name: str, folder: Path | None = None) -> Document
     return replace(bare, data=read.data, places=read.places, key_places=read.key_places)
 
 
+MOST_LISTED = 12  # names that one line lists
+
+
 def did_you_mean(name: str, names: Iterable[str], before: str = "") -> str:
     """Return "; did you mean 'x'?" if one of the names resembles `name`, else nothing.
 
@@ -453,11 +456,17 @@ def did_you_mean(name: str, names: Iterable[str], before: str = "") -> str:
     return f"; did you mean '{before}{near[0]}'?" if near else ""
 
 
+def listed(words: Sequence[str]) -> str:
+    """Return words in one line, only the first of many."""
+    more = len(words) - MOST_LISTED
+    return ", ".join(words[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
+
+
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """Say that there is nothing of a name, what was meant perhaps, and what there is."""
     names = list(known)
-    near, listed = did_you_mean(name, names), ", ".join(names) or "none"
-    return f"there is no {what} '{name}'{near}{' There' if near else '; there'} are: {listed}"
+    near, there = did_you_mean(name, names), ", ".join(names) or "none"
+    return f"there is no {what} '{name}'{near}{' There' if near else '; there'} are: {there}"
 
 
 def dotted(path: KeyPath) -> str:

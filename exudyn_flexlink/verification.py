@@ -31,6 +31,7 @@ from exudyn_flexlink.quantities import (
     Speed,
 )
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.scene.base import (
     ByType,
@@ -52,8 +53,6 @@ from exudyn_flexlink.source import (
     did_you_mean,
     load_document,
 )
-
-SAME_INSTANT = 1e-9  # of the run: rounding of instants
 
 
 class MissingError(ValueError):
@@ -88,7 +87,7 @@ class _AtSample(_Number):
         if self.at is None:
             return len(result.time) - 1
         k = result.sample_at(self.at)
-        if abs(float(result.time[k]) - self.at) > SAME_INSTANT * float(result.time[-1]):
+        if abs(float(result.time[k]) - self.at) > NEGLIGIBLE * float(result.time[-1]):
             about = f"the run has no sample at {self.at:g} s: choose 'run.sample' for it"
             raise MissingError(about)
         return k

@@ -10,7 +10,7 @@ from physics_tools import STEEL, angle, run, scene, total_energy, where
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, other_ways, scene_of
 from exudyn_flexlink.mechanism import anchor_position
-from exudyn_flexlink.mechanism.model import Anchor
+from exudyn_flexlink.mechanism.joints import Anchor
 from exudyn_flexlink.report import check_text
 from exudyn_flexlink.source import SceneError, parse_document
 

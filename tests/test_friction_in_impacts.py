@@ -5,7 +5,7 @@ import pytest
 from physics_tools import MODELS, alone, scene
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.friction import Meeting, impulses
+from exudyn_flexlink.engines.exudyn.minimal.impacts import Meeting, impulses
 from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.source import SceneError
 

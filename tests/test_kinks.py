@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.engines.exudyn.minimal.events import KinkGuard
+from exudyn_flexlink.engines.exudyn.minimal.formulas import KinkGuard
 from exudyn_flexlink.loading import scene_of
 from exudyn_flexlink.source import parse_document
 

@@ -8,7 +8,7 @@ import pytest
 
 from exudyn_flexlink.loading import assemble_scene, load_scene, scene_of
 from exudyn_flexlink.mechanism import anchor_position, joint_residuals
-from exudyn_flexlink.mechanism.model import Anchor
+from exudyn_flexlink.mechanism.joints import Anchor
 from exudyn_flexlink.source import SceneError, parse_document
 
 PAPER = Path(__file__).parents[1] / "models" / "no_clearance.yaml"

@@ -14,7 +14,7 @@ from exudyn_flexlink.mechanism.constraints import (
     constraint_rows,
     places_near,
 )
-from exudyn_flexlink.mechanism.model import GROUND, Anchor
+from exudyn_flexlink.mechanism.joints import GROUND, Anchor
 from exudyn_flexlink.scene import parse_scene
 from exudyn_flexlink.source import parse_document
 

@@ -26,6 +26,7 @@ from exudyn_flexlink.accuracy.study import (
     beams,
     flexible,
     methods_of,
+    model_tolerance,
     stiffnesses,
     study,
 )

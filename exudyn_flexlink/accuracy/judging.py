@@ -17,7 +17,6 @@ import numpy as np
 
 from exudyn_flexlink.accuracy.study import Method, Runs, Trial, extrapolated
 from exudyn_flexlink.observables import (
-    STILL,
     common_points,
     common_times,
     farthest,
@@ -33,6 +32,7 @@ from exudyn_flexlink.observables import (
     worst_force,
 )
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING
 from exudyn_flexlink.scene import Scene
 
 SURE = 0.03  # of the limit at which runs have parted: up to there errors are judged
@@ -109,7 +109,6 @@ def agreement(reference: Result, check: Result) -> Horizon | None:
     return None if parted is None or sure is None else Horizon(parted, sure, limit)
 
 
-LEAST_KNOWN = 1e-15  # m: nobody knows a position better
 TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
 
 
@@ -182,7 +181,7 @@ class Bench:
     @property
     def floor(self) -> float:
         """Distance of reference and check, m: smaller errors can't be told; 0 without a check."""
-        return 0.0 if self._apart is None else max(self._apart.largest, LEAST_KNOWN)
+        return 0.0 if self._apart is None else max(self._apart.largest, LEAST_LENGTH)
 
     @property
     def force_floor(self) -> float:
@@ -213,7 +212,7 @@ class Study(Bench):
     @cached_property
     def still(self) -> bool:
         """Whether none of these points moves."""
-        return room(self.reference.result, self.judged_by) <= STILL
+        return room(self.reference.result, self.judged_by) <= PLACE_ROUNDING
 
 
 class NothingRunError(Exception):

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
-from math import ceil, inf, isfinite, log, log10
+from math import ceil, inf, isclose, isfinite, log10
 from time import monotonic
 from typing import Any, Literal
 
@@ -243,9 +243,6 @@ def ladder(knob: Knob, value: float, target: float) -> list[float]:
     return [value * 10.0 ** (top - k) for k in range(count + 1)]
 
 
-SAME = 1e-6  # between logarithms of settings: rounding
-
-
 class RefusedError(Exception):
     """A method can't represent the scene; the message says why."""
 
@@ -319,7 +316,7 @@ class Runs:
 
     def has(self, method: Method, value: float) -> bool:
         """Whether a method was run at a value, or one equal to it but for rounding."""
-        return any(abs(log(value / trial.value)) < SAME for trial in self.of(method))
+        return any(isclose(value, trial.value) for trial in self.of(method))
 
     @property
     def model_trial(self) -> Trial | None:

@@ -67,7 +67,8 @@ SPOT = 5.0  # pixels, between two spots of a line that numbers keep off
 NAME_UP = 13.0  # pixels, from a point up to the middle of its name
 MARK_UP = (-5.0, -11.0)  # pixels, from a joint up to two spots of its mark, which is below
 
-POINTS = 0.72  # in a pixel: pictures have 100 pixels in an inch
+DOTS = 100  # pixels in an inch
+POINTS = 72 / DOTS  # in a pixel
 NAMED_TOGETHER = 0.03  # of the picture: points nearer than this are named together
 _RIM = ("white", 3.0)  # colour and width of what is around words
 _LAYERS = ((1.0, 0.22), (0.72, 0.3), (0.42, 0.5))  # of a glow: parts of its radius, and opacity
@@ -442,7 +443,6 @@ def draw_instant(place: Place, at: float) -> None:
 
 Pixels = NDArray[np.uint8]
 
-DOTS = 100  # pixels in an inch
 HEAD, ZOOM, LINE = 30.0, 112.0, 26.0  # pixels: heights of the words, of a zoom, of the line
 _FONT: dict[Any, Any] = {"font.family": "sans-serif", "text.usetex": False}
 SCALE = 0.16  # of the width: the length that sizes are read by is no longer

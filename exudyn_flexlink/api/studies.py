@@ -45,6 +45,7 @@ from exudyn_flexlink.scene import Scene as PlainScene
 from exudyn_flexlink.shipped import EXUDYN
 from exudyn_flexlink.source import Document, Mistake, unknown
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, OneRun, Scalar
+from exudyn_flexlink.sweeps.plan import MOST_POINTS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -239,8 +240,6 @@ RowFunction = Callable[[Result], Mapping[str, sweeps.Scalar]]
 
 Observe = Callable[[Scene, Simulate], Mapping[str, sweeps.Scalar]]
 """Observables of one point that may need several runs."""
-
-MOST_POINTS = 10**6
 
 
 def _varied(value: Any, _: Any = None) -> Any:

@@ -38,6 +38,7 @@ from exudyn_flexlink.cli.terminal import (
 )
 from exudyn_flexlink.engines.interrupts import Stopping, stopped_by
 from exudyn_flexlink.loading import ImpossibleLengthError
+from exudyn_flexlink.report.text import WIDTH
 from exudyn_flexlink.scene import is_schema
 from exudyn_flexlink.shipped import EXUDYN, FIGURE_FORMATS, model_names, models_folder
 from exudyn_flexlink.source import SceneError, load_document
@@ -56,7 +57,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-LONGEST = 80  # characters: a name that a listing shows whole, far below the 255 of file systems
 DIGEST = 8  # hex digits of a SHA-256: 4e9 names; a folder holds a few hundred
 UNSAFE = re.compile(r"[^\w.,=+-]+")  # what a shell, or a file system, takes for something else
 NUMBER = re.compile(r"([+-]?[\d.]+(?:e[+-]?\d+)?)\s*([a-z][a-z /]*)?", re.IGNORECASE)
@@ -148,12 +148,12 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     parts += [name for name, _ in set_values]
     short = "-".join([whole, *parts])
     lossless = all(UNSAFE.search(name) is None for name in parts)
-    if lossless and len(short) <= max(LONGEST, len(whole)):
+    if lossless and len(short) <= max(WIDTH, len(whole)):  # a listing shows it whole
         return short
     digest = hashlib.sha256(
         "\n".join([*parts, *(text for _, text in set_values)]).encode()
     ).hexdigest()
-    room = max(LONGEST - len(whole) - DIGEST - 2, 0)  # 2: hyphens
+    room = max(WIDTH - len(whole) - DIGEST - 2, 0)  # 2: hyphens
     kept = UNSAFE.sub("_", "-".join(parts)).replace("=_", "=")[:room]
     return "-".join(part for part in (whole, kept.rstrip("-_.=,"), digest[:DIGEST]) if part)
 
@@ -262,7 +262,6 @@ def _why_not(error: Exception) -> str:
 
 SCHEMA = "flexlink.schema.json"
 SCHEMA_LINE = re.compile(r"(?<=^# yaml-language-server: \$schema=)\S+", re.MULTILINE)
-WIDTH = 80  # columns of the list of models
 
 
 def new_command(options: argparse.Namespace) -> int:

@@ -254,7 +254,6 @@ def _compare_saved(options: argparse.Namespace) -> int:
     return code
 
 
-DEFAULT_TARGET = 1e-4  # m, where the model gives a step
 IMPOSSIBLE = stability.ImpossibleLapsError, stability.NoRhythmError, stability.TooShortError
 UNTOLD = "interrupted before anything was found; nothing was written"
 
@@ -293,7 +292,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
 def _runs(scene: Scene, options: argparse.Namespace) -> accuracy.Runs:
     ways = {engine: engines.formulations(scene, engine) for engine in ENGINES}
     methods = accuracy.methods_of(scene, ways)
-    target = options.target or scene.accuracy.tolerance or DEFAULT_TARGET
+    target = options.target or accuracy.model_tolerance(scene)
     with progress_bar(options.quiet, "accuracy") as bar:
         return accuracy.study(scene, methods, target, Solver(bar, options.budget), options.budget)
 

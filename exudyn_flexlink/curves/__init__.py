@@ -6,6 +6,7 @@ from exudyn_flexlink.curves.closest import (
     Evaluator,
     Farthest,
     evaluator,
+    finer,
     foot,
     is_convex,
     reach,

@@ -21,10 +21,11 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.raising import Sendable
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 MOST_CANDIDATES = 16
 AT_ONCE = 4096  # points whose distances from all samples are held in memory together
-ROUNDS = 60  # of halving: to rounding
+HALVINGS = 60  # of a range that is searched: to rounding
 
 
 def candidates(curve: Curve, target: FloatArray) -> FloatArray:
@@ -69,7 +70,7 @@ def _settled(
 
     An end where g has one sign only.
     """
-    for _ in range(ROUNDS):
+    for _ in range(HALVINGS):
         g, growth = _slope(curve, targets, u)
         low, high = np.where(g < 0, u, low), np.where(g < 0, high, u)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -139,7 +140,6 @@ def _to_next_sample(curve: Curve, u: float, down: int) -> float:
 # A place on a curve: typed decimals that mean the same point differ by less than this.
 POSITION_TOLERANCE = 1e-9
 DIRECTION_TOLERANCE = 1e-6
-PARAMETER_ROUNDING = 1e-9
 # A line through a joint must not slip through the gap that POSITION_TOLERANCE allows there: pieces
 # report crossings beyond their ends by this fraction of their range too.
 OVERLAP = 1e-7
@@ -232,7 +232,7 @@ class Curve(ABC):
         values = np.asarray(u, dtype=float)
         if self.closed:
             return np.asarray(self.start + np.mod(values - self.start, self.period))
-        slack = PARAMETER_ROUNDING * self.period
+        slack = NEGLIGIBLE * self.period
         if np.any((values < self.start - slack) | (values > self.end + slack)):
             raise ValueError(
                 f"the curve is open: its parameter runs from {self.start:.9g} to {self.end:.9g}, "
@@ -345,7 +345,7 @@ class Curve(ABC):
         changes = np.flatnonzero(sides[1:] != sides[:-1])
         side = sides[changes]
         low, high = u[changes], u[changes + 1]
-        for _ in range(ROUNDS):
+        for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             is_left = beside(middle) > 0
             before = is_left == side

@@ -19,17 +19,16 @@ from math import atan2, cos, hypot, remainder, sin, tau
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.curves.base import NODES, WEIGHTS, Curve
+from exudyn_flexlink.curves.base import HALVINGS, NODES, WEIGHTS, Curve
 from exudyn_flexlink.curves.pieces import Arc, LineSegment, Spline, SplinePiece
 from exudyn_flexlink.curves.rounding import CornerArc
+from exudyn_flexlink.rounding import UNIT_ROUNDING
 
 Place = tuple[float, float, float, float, float, float]
 Evaluator = Callable[[float], Place]
 """u -> x, y, dx/du, dy/du, d2x/du2, d2y/du2."""
 
 NEWTON_STEPS = 20
-ROUNDS = 60  # of halving: to rounding
-FOOT_ROUNDING = 1e-15
 # Parts of a stretch, and their shares of an integral over it (Gauss).
 QUADRATURE = list(zip((0.5 * (1 + NODES)).tolist(), (0.5 * WEIGHTS).tolist(), strict=True))
 
@@ -156,8 +155,8 @@ class Closest:
     def _settle(self, span: tuple[int, float, float], x: float, y: float) -> float:
         """Zero of the slope within a span: by Newton, by halves where that goes astray."""
         piece, low, high = span
-        u, near = 0.5 * (low + high), FOOT_ROUNDING * (1 + abs(low) + abs(high))
-        for _ in range(ROUNDS):
+        u, near = 0.5 * (low + high), UNIT_ROUNDING * (1 + abs(low) + abs(high))
+        for _ in range(HALVINGS):
             slope, growth = self._fall(piece, u, x, y)
             low, high = (u, high) if slope < 0 else (low, u)
             following = u - slope / growth if growth > 0 else low - 1.0
@@ -280,7 +279,7 @@ def _spline(spline: Spline) -> Evaluator:
 
 
 STRAIGHT = 1e-6  # curvature times size: less is a straight stretch
-FINER = 8  # than the samples of a curve: where its curvature is looked at
+FINER = 16  # than the samples of a curve: so the peaks of its curvature are seen to 4 digits
 
 
 class Farthest(Closest):
@@ -307,17 +306,22 @@ class Farthest(Closest):
             slope, growth = self._fall(piece, u, x, y)
             step = slope / growth if growth > 0 else 0.0
             u -= step
-            if abs(step) <= FOOT_ROUNDING * (1 + abs(u)):
+            if abs(step) <= UNIT_ROUNDING * (1 + abs(u)):
                 break
         return u
+
+
+def finer(grid: FloatArray) -> FloatArray:
+    """Parameters (m,) between which, and at which, the curvature of a curve is looked at."""
+    steps = np.arange(FINER) / FINER
+    return np.append((grid[:-1, None] + np.diff(grid)[:, None] * steps).ravel(), grid[-1])
 
 
 def is_convex(curve: Curve) -> bool:
     """Tell whether a curve is closed, and bends one way everywhere, with no straight stretch."""
     if not curve.closed:
         return False
-    u = np.unique(np.concatenate([curve.samples[0], curve.breaks]))
-    u = np.unique(u[:-1, None] + np.diff(u)[:, None] * np.arange(FINER) / FINER)
+    u = finer(np.unique(np.concatenate([curve.samples[0], curve.breaks])))[:-1]
     bends = curve.curvature(u) * curve.size
     one_way = bends.min() > STRAIGHT or bends.max() < -STRAIGHT
     # What bends one way but turns twice crosses itself.

@@ -14,7 +14,6 @@ from exudyn_flexlink.arrays import ComplexArray, FloatArray
 from exudyn_flexlink.curves.base import (
     DIRECTION_TOLERANCE,
     OVERLAP,
-    PARAMETER_ROUNDING,
     POSITION_TOLERANCE,
     Composite,
     Curve,
@@ -26,6 +25,7 @@ from exudyn_flexlink.curves.base import (
     cross,
     left,
 )
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 TURN = 2 * math.pi
 STEPS_PER_TURN = 128
@@ -52,7 +52,7 @@ class Arc(Curve):
         a, b = self.semi_axes
         conic = np.array(self.centre), a * np.array([c, s]), b * np.array([-s, c])
         object.__setattr__(self, "conic", conic)
-        full = abs(self.end_angle - self.start_angle - TURN) <= PARAMETER_ROUNDING
+        full = abs(self.end_angle - self.start_angle - TURN) <= NEGLIGIBLE
         end = self.start_angle + TURN if full else self.end_angle
         self._range(self.start_angle, end, full)
 
@@ -65,7 +65,7 @@ class Arc(Curve):
 
     def grid(self) -> FloatArray:
         """Equal steps of at most 2 pi/128."""
-        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - PARAMETER_ROUNDING)
+        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - NEGLIGIBLE)
         return np.linspace(self.start, self.end, max(steps, 4) + 1)
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
@@ -103,7 +103,7 @@ class Superellipse(Curve):
     end_angle: float = TURN
 
     def __post_init__(self) -> None:
-        full = abs(self.end_angle - self.start_angle - TURN) <= PARAMETER_ROUNDING
+        full = abs(self.end_angle - self.start_angle - TURN) <= NEGLIGIBLE
         end = self.start_angle + TURN if full else self.end_angle
         self._range(self.start_angle, end, full)
 
@@ -131,7 +131,7 @@ class Superellipse(Curve):
 
     def grid(self) -> FloatArray:
         """Steps of at most 2 pi/128, and places on the axes."""
-        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - PARAMETER_ROUNDING)
+        steps = math.ceil(self.period / TURN * STEPS_PER_TURN - NEGLIGIBLE)
         return np.linspace(self.start, self.end, max(steps, 4) + 1)
 
     def part(self, first: float, last: float) -> Superellipse:
@@ -176,7 +176,7 @@ class LineSegment(Curve):
         offset = float(cross(direction, origin - np.array(self.a)))
         slant = float(cross(direction, self.derivative(0.0)))
         if abs(slant) <= 1e-14:
-            inside = abs(offset) <= PARAMETER_ROUNDING * self.end
+            inside = abs(offset) <= NEGLIGIBLE * self.end
             return np.array([self.start, self.end]) if inside else np.empty(0)
         u, slack = offset / slant, OVERLAP * self.period
         return np.array([u]) if -slack <= u <= self.end + slack else np.empty(0)
@@ -439,10 +439,7 @@ class SplinePiece(Curve):
     last: float
 
     def __post_init__(self) -> None:
-        whole = (
-            abs(self.last - self.first - self.spline.period)
-            <= PARAMETER_ROUNDING * self.spline.period
-        )
+        whole = abs(self.last - self.first - self.spline.period) <= NEGLIGIBLE * self.spline.period
         last = self.first + self.spline.period if whole else self.last
         self._range(self.first, last, self.spline.closed and whole)
 
@@ -456,7 +453,7 @@ class SplinePiece(Curve):
         laps = [base, base[1:] + self.spline.period] if self.spline.closed else [base]
         parameters = np.concatenate(laps)
         # a grid value a hair inside the ends would make an empty step
-        slack = PARAMETER_ROUNDING * self.period
+        slack = NEGLIGIBLE * self.period
         inside = (parameters > self.start + slack) & (parameters < self.end - slack)
         return np.concatenate([[self.start], parameters[inside], [self.end]])
 
@@ -558,7 +555,7 @@ class Spline(Curve):
             places = np.concatenate([places[1:], places[1:] + self.period])
         else:
             places = places[1:-1]
-        slack = PARAMETER_ROUNDING * (last - first)
+        slack = NEGLIGIBLE * (last - first)
         inside = (places > first + slack) & (places < last - slack)
         return Knots(places[inside], jumps[inside])
 

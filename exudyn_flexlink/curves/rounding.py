@@ -23,14 +23,13 @@ import numpy as np
 
 from exudyn_flexlink.curves.base import (
     DIRECTION_TOLERANCE,
-    PARAMETER_ROUNDING,
+    HALVINGS,
     POSITION_TOLERANCE,
     Curve,
     CurveError,
 )
 from exudyn_flexlink.curves.pieces import TURN, Arc, Joined, LineSegment, meet_all, show
-
-HALVINGS = 60  # of a radius that is searched: to rounding
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 
 @dataclass(frozen=True)
@@ -153,7 +152,7 @@ def _laid(
     smooth: Sequence[Curve],
     corners: Mapping[int, _Corner],
     radius: float,
-    slack: float = PARAMETER_ROUNDING,
+    slack: float = NEGLIGIBLE,
 ) -> list[Curve] | None:
     """Pieces and the arcs between them; None if these do not fit by a part `slack` of a piece."""
     fillets = dict[int, _Fillet]()

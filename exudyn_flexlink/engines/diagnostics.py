@@ -17,7 +17,6 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.loading import assemble_scene, rest_of_scene
 from exudyn_flexlink.mechanism import (
-    TOUCHING,
     Channel,
     CircleContact,
     Contact,
@@ -35,8 +34,10 @@ from exudyn_flexlink.mechanism import (
     wanted_interval,
     wound_at_start,
 )
+from exudyn_flexlink.mechanism.prescribed import NO_ENERGY
 from exudyn_flexlink.observables import crank_angle, crank_joint, deepest
 from exudyn_flexlink.result import INTERRUPTED, Intervals, Outcome, Result
+from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING, TINY
 from exudyn_flexlink.scene import ImpulseLaw, RevoluteJoint, SleeveJoint, SlotJoint
 
 REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
@@ -143,7 +144,7 @@ def thin_overlaps(result: Result) -> Iterator[str]:
         for touch in result.contacts[face.name].touches:
             if not touch.lasts:
                 overlap = max(min(x, length - x) for x in (touch.place, touch.end_place))
-                share = touch.penetration / max(overlap, 1e-300)
+                share = touch.penetration / max(overlap, TINY)
                 worst = max(worst, (share, touch.penetration, overlap, touch.begin))
         share, depth, overlap, at = worst
         if share > THIN:
@@ -182,7 +183,7 @@ def beside_faces(result: Result) -> Iterator[str]:
         if isinstance(contact, FlatContact):
             history, width = result.contacts[contact.name], contact.width
             beside = np.maximum(-history.place, history.place - width) * (history.force > 0)
-            if beside.max(initial=0.0) > TOUCHING:
+            if beside.max(initial=0.0) > PLACE_ROUNDING:
                 yield (
                     f"at t = {result.time[np.argmax(beside)]:.6g} s contact '{contact.name}' "
                     f"touches {beside.max():.3g} m beside the points of its line: the face counts "
@@ -278,10 +279,8 @@ def few_samples(result: Result) -> Iterator[str]:
         yield f"{apart}, which is {result.outcome.time / kept / made:.3g} a turn: {less}"
 
 
-SOFT = 0.1  # of the clearance: walls that give way more decide by their stiffness
-OUTSIDE = 1e-9  # of the length of a guide, or of a slot: less is rounding
-HARDLY_USED = 1 / 300  # of it: of lengths in metres for millimetres a thousandth is usual
-RESOLVED = 0.1  # of the clearance: an error that still lets the link touch where it does
+HARDLY_USED = 1 / 300  # of a guide's length: in metres for millimetres a thousandth is usual
+RESOLVED = 0.1  # of the clearance: an error, or depth, that still lets the link touch where it does
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
 
@@ -305,7 +304,7 @@ def soft_walls(result: Result) -> Iterator[str]:
     """Warn of walls and bearings into which something sinks deep beside its clearance."""
     for name, clearance in _clearances(result).items():
         depth = deepest(result, name)
-        if depth <= SOFT * clearance or clearance == 0:
+        if depth <= RESOLVED * clearance or clearance == 0:
             continue
         deep = f"by {depth:.3g} m, {depth / clearance:.2g} of the clearance"
         if isinstance(result.scene.joints[name], SlotJoint):
@@ -329,7 +328,7 @@ def out_of_guides(result: Result) -> Iterator[str]:
     """Say which links leave their guides, and which are inside a small part of them only."""
     for name, low, high in in_guides(result.scene, build_mechanism(result.scene), result.poses):
         away = np.maximum(low - 1, -high)
-        if (out := away > OUTSIDE).any():
+        if (out := away > NEGLIGIBLE).any():
             yield (
                 f"the link of '{name}' leaves its guide at t = {result.time[np.argmax(out)]:.4g} s "
                 f"and is up to {away.max():.2g} of its length away: nothing holds a link there"
@@ -346,8 +345,8 @@ def out_of_slots(result: Result) -> Iterator[str]:
         wall = groove.contacts[0]
         place = approach(wall, result.poses, result.rates).place
         away = np.maximum(-place, place - wall.length)
-        if len(away) and away.max() > OUTSIDE * groove.slot.curve.size:
-            first = int(np.argmax(away > OUTSIDE * groove.slot.curve.size))
+        if len(away) and away.max() > NEGLIGIBLE * groove.slot.curve.size:
+            first = int(np.argmax(away > NEGLIGIBLE * groove.slot.curve.size))
             yield (
                 f"the pin of '{groove.name}' leaves its slot at t = {result.time[first]:.4g} s, at "
                 f"an open end, and is up to {away.max():.2g} m away: nothing holds it there"
@@ -370,7 +369,6 @@ ENERGY = 1e-2  # of the largest kinetic energy, missing in the balance
 GAIN = 1e-4  # of the largest kinetic energy, gained in one impact: more than rounding
 OPEN = 1e-8  # m or rad, residual of a joint: more than a converged iteration leaves
 GROSS = 0.1  # of all energy that moves: a run that misses more is no motion of the mechanism
-NO_ENERGY = 1e-12  # J: what is less is rounding, and no measure of an error
 STORED = 1e-10  # of the energy stored: so little beside it is rounding, too, as of what is at rest
 
 

@@ -19,9 +19,9 @@ from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Assembly, extent, least_tolerance
 from exudyn_flexlink.observables import error_between
 from exudyn_flexlink.result import INTERRUPTED, NOT_ASKED, MeasuredError, Result
+from exudyn_flexlink.rounding import UNIT_ROUNDING
 from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Accuracy, Scene
 
-PLACE_ROUNDING = 1e-15  # of the mechanism's extent: about what the sums of a run round a place by
 SMALL = 1e-3  # of the largest length: what moves by less is no lever arm
 LATE = 1e-14  # s: about how exactly an event is located; what happens there happens a little later
 
@@ -36,7 +36,7 @@ def seeded(
     q, v = start
     number = np.arange(len(q))
     sizes = 1 + number / (1 + len(q))
-    ways = PLACE_ROUNDING * (-1.0) ** number * sizes
+    ways = UNIT_ROUNDING * (-1.0) ** number * sizes
     lengths = np.maximum(lengths, SMALL * lengths.max(initial=1.0))
     return q + extent(assembly) * ways / lengths, v * (1 + ways)
 

@@ -33,12 +33,10 @@ from exudyn_flexlink.integrate.events import (
 )
 from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.mechanism import Glimpse, Seen
+from exudyn_flexlink.rounding import PLACE_ROUNDING, TINY
 
-# m, of an event function: what may be left of it at the event. A foil may rest 5e-12 m deep.
-EXACT = 1e-12
 SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of the rate
 LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner is
-LEAST_LENGTH = 1e-300  # m, of a piece of a rope: one without length has no direction
 
 
 class Turning(Protocol):
@@ -79,7 +77,7 @@ def changed(
     value, rate = event_functions(now, lengths)
     way = np.where(pressing, -1.0, 1.0)
     value, rate = way * value, way * rate
-    crosses = (value < -EXACT) | ((value < 0) & (rate < 0))
+    crosses = (value < -PLACE_ROUNDING) | ((value < 0) & (rate < 0))
     if contact is not None:
         crosses[contact] |= value[contact] < little(rate[contact], time) and rate[contact] < 0
     return np.asarray(crosses)
@@ -139,7 +137,7 @@ def first_of(
 
 def little(rate: float, time: float) -> float:
     """What (m) an event function of this rate (m/s) that is zero now (s) may be off by."""
-    return EXACT + abs(rate) * instant(time, EVENT_TIME)
+    return PLACE_ROUNDING + abs(rate) * instant(time, EVENT_TIME)
 
 
 def first_part(search: _OfFace | Flight | RopeFlight) -> float | None:
@@ -198,8 +196,8 @@ class _OfFace:
         return min(self._all_at(part)) if self._pressing else max(self._all_at(part))
 
     def value(self, part: float) -> float:
-        """Its value (m) and `EXACT`: as little below zero as an event may leave it is nothing."""
-        return self._at(part)[0] + EXACT
+        """Its value (m) and `PLACE_ROUNDING`: an event may leave it so little below zero."""
+        return self._at(part)[0] + PLACE_ROUNDING
 
     def rate(self, part: float) -> float:
         """Its slope (m per step), which changes its sign where gap and end of the face swap."""
@@ -212,7 +210,7 @@ class _OfFace:
         sure = []
         for before, after, bend in columns:
             far = min(before[0], after[0]) > h * h * bend / 8
-            leaves = before[0] > -EXACT and before[1] > h * bend
+            leaves = before[0] > -PLACE_ROUNDING and before[1] > h * bend
             sure.append(far or leaves)
         return (all(sure) if self._pressing else any(sure)) or None
 
@@ -297,7 +295,9 @@ def _sure_by_ends(
 ) -> bool | None:
     """As `Flight.sure`, by gaps at both ends of a part h whose rate changes by `turn` at most."""
     sag = h * turn / 8
-    if min(before.gap, after.gap) > sag or (before.gap > -EXACT and before.gap_rate > turn):
+    if min(before.gap, after.gap) > sag or (
+        before.gap > -PLACE_ROUNDING and before.gap_rate > turn
+    ):
         return True
     return False if after.gap_rate < -turn or sag < GAP_ROUNDING else None
 
@@ -368,6 +368,6 @@ class RopeFlight:
 def _rope(places: ComplexArray, rates: ComplexArray) -> _Rope:
     """A rope by its pieces, and last the length that it has without force."""
     lengths = np.abs(places[:-1])
-    growing = (places[:-1].conj() * rates[:-1]).real / np.maximum(lengths, LEAST_LENGTH)
+    growing = (places[:-1].conj() * rates[:-1]).real / np.maximum(lengths, TINY)
     gap, gap_rate = places[-1].real - lengths.sum(), rates[-1].real - growing.sum()
     return _Rope(lengths, float(gap), float(gap_rate))

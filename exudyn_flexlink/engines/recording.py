@@ -22,7 +22,6 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.touching import ExtremeSeeker, Touches
 from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.mechanism import (
-    KNOT_TIME,
     Channel,
     Contact,
     ContactShapes,
@@ -45,6 +44,7 @@ from exudyn_flexlink.result import (
     Result,
     SleeveHistory,
 )
+from exudyn_flexlink.rounding import KNOT_TIME
 from exudyn_flexlink.scene import Scene
 
 
@@ -218,7 +218,7 @@ def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -
 
 
 AT_ONCE = 32  # steps that wait: more take memory, and little less time
-BLOCK = 512  # steps that are looked through for extremes together
+BLOCK = 512  # steps, or instants in steps that wait, that are looked through together
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,6 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import (
     GAP_ROUNDING,
-    STANDSTILL,
     StepPolynomial,
     TurnSeeker,
     highest,
@@ -41,9 +40,10 @@ from exudyn_flexlink.integrate.events import (
 from exudyn_flexlink.integrate.problem import Press, Pressing
 from exudyn_flexlink.integrate.radau import ErrorTimes
 from exudyn_flexlink.laws import Impulse, Penalty, PressingLaw
-from exudyn_flexlink.mechanism import TOUCHING, Channel, Contact, Mechanism, approach, swings
+from exudyn_flexlink.mechanism import Channel, Contact, Mechanism, approach, swings
 from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import Extremes, Interval, Intervals
+from exudyn_flexlink.rounding import INVISIBLE, PLACE_ROUNDING, ROUNDING
 
 
 class Laws:
@@ -257,13 +257,12 @@ def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatAr
     of_rates = EPSILON / shortest * sizes[:-2]  # of answers and of x
     fastest = float(np.sqrt(speeds[..., -1].max()))
     of_square = (fastest + of_rates[-1]) ** 2 - fastest**2
-    return np.array([*(STANDSTILL * sizes), *of_rates[:-1], of_square])
+    return np.array([*(ROUNDING * sizes), *of_rates[:-1], of_square])
 
 
 # Of a contact's half period: the first step in it, or any without control of errors. No stage of a
 # longer one may see the touch.
 FIRST = 0.15
-OFF_THE_END = 1e-9  # m: so near the end of its face a point that leaves it slid off
 # Where the largest force in a step is looked for, on the polynomial through its nodes.
 LOOKS_IN_STEPS = np.linspace(0.0, 1.0, 33)
 
@@ -336,7 +335,7 @@ class Touches:
 
     def start(self, gaps: FloatArray) -> None:
         """Take the gaps (faces,), m, at time 0."""
-        for k in np.flatnonzero(gaps < -TOUCHING).tolist():
+        for k in np.flatnonzero(gaps < -PLACE_ROUNDING).tolist():
             self.sides[k] = Side.BEHIND
 
     def beside(self, k: int, gap: float) -> None:
@@ -354,7 +353,8 @@ class Touches:
         What closes may bounce: its law tells.
         """
         if self.sides[k] is Side.PRESSED:
-            off = inside < (OFF_THE_END if self.rigid[k] else min(-gap, OFF_THE_END))
+            # A point that leaves its face so near to the end slid off.
+            off = inside < (INVISIBLE if self.rigid[k] else min(-gap, INVISIBLE))
             return Change.SLIDES_OFF if off and k < self._faces else Change.OPENS
         passes = k < self._faces and (inside < 0 or self.sides[k] is Side.BEHIND)
         return Change.PASSES if passes else Change.CLOSES

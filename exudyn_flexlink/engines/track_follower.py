@@ -12,6 +12,11 @@ from exudyn_flexlink.curves import Curve, next_piece
 from exudyn_flexlink.mechanism import Slot
 from exudyn_flexlink.result import Event
 
+# Of the search for where an axis or a point meets a track:
+NEWTON_STEPS = 60
+QUADRATIC = 1e-8  # of the parameter: after so small a step the next one is exact to rounding
+LEAST_PART = 1e-6  # of the way that the guide has turned: in shorter parts no place is searched
+
 
 class DeadCentreError(ValueError):
     """The coordinates solved for tell no place: a guide's axis touches its track or misses it.

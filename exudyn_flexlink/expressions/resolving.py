@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
+from exudyn_flexlink.rounding import LAST_PLACES, SUM_ROUNDING
 
 Values = float | FloatArray
 
@@ -483,8 +484,6 @@ ORDERS = 0, 2, 4, 8  # n above: higher ones cost more, the last is what steps in
 PARTS = 64  # of the time that are looked at first
 MOST_PARTS = 100_000  # looked at together: where more are needed, it is told
 HALVINGS = 40  # of the time: then rounding is near
-CLOCK = 4  # units in the last place: how near to a part's ends it may still be of the next one
-SAME = 1e-14  # of the time: zeros so near to each other are one
 SHORTER = 6.0  # by which a part is a pulse's, beside those that steps may be chosen for
 STEP = 4.0  # of such a part's width: how far a step may go beyond it
 MOST_POLES = 32  # parts looked at together, the first ones: more poles than these are not needed
@@ -515,14 +514,14 @@ def zeros(term: Addend, begin: float, end: float) -> FloatArray:
     starts = np.flatnonzero(np.diff(low, prepend=-np.inf) > 2 * (high - low))
     instants.append((low[starts] + high[np.append(starts[1:], len(low))[: len(starts)] - 1]) / 2)
     roots = np.sort(np.concatenate(instants))
-    return roots[np.diff(roots, prepend=begin) > SAME * (end - begin)]
+    return roots[np.diff(roots, prepend=begin) > SUM_ROUNDING * (end - begin)]
 
 
 def _crossed(term: Addend, low: FloatArray, high: FloatArray) -> FloatArray:
     """Zeros of a term that rises or falls in each of these parts, if it has one there."""
     before, after = (np.sign(term.values(side, [])) for side in (low, high))
     low, high, before = (column[before * after <= 0] for column in (low, high, before))
-    while len(low) and (high - low > CLOCK * np.spacing(np.abs(high)) / 2).any():
+    while len(low) and (high - low > LAST_PLACES * np.spacing(np.abs(high)) / 2).any():
         middle = (low + high) / 2
         same = np.sign(term.values(middle, [])) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
@@ -551,7 +550,7 @@ def resolved(
     low, high = edges[:-1], edges[1:]
     all_edges = [edges]
     for _ in range(HALVINGS):
-        near = CLOCK * np.spacing(np.abs(high))
+        near = LAST_PLACES * np.spacing(np.abs(high))
         low, high = low[wide := high - low > 4 * near], high[wide]
         within, width = Bounds(low + near[wide], high - near[wide]), high - low
         for rest in remainders(term, within, state(within)):

@@ -24,8 +24,10 @@ from exudyn_flexlink.continuing import springs_as_assembled
 from exudyn_flexlink.fitting.series import Against, Series, against
 from exudyn_flexlink.loading import assemble_scene, document_of, run_mistakes, scene_of
 from exudyn_flexlink.mechanism import extent, kept_interval, least_tolerance
+from exudyn_flexlink.observables.parting import TIGHTER
 from exudyn_flexlink.quantities import Dimension, Measure, Quantity, to_si
 from exudyn_flexlink.result import INTERRUPTED, Result
+from exudyn_flexlink.rounding import UNIT_ROUNDING
 from exudyn_flexlink.scene import (
     Accuracy,
     Run,
@@ -117,12 +119,9 @@ def _in_si(value: float | str, dimension: Measure) -> float:
 
 
 PART = 0.1  # of a standard error: what the integrator may add
-FINER = 0.1  # of the tolerance, or of a given step: that of the run that tells the integrator's
 MOST_ROUNDS = 4  # of a tolerance that is made smaller
 SMOOTH = 1e-6  # of the mechanism's reach: no larger tolerance, since slopes are differences of runs
 DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so of themselves
-CONVERGED = 1e-8  # change of the sum of squares, or of the numbers, as a part
-FLAT = 1e-15  # slope of the sum of squares, in parts: the search stands still
 MOST_STEPS = 100  # of one search
 UNKNOWN_COMBINATION = (
     1e-4  # singular value of slopes of size 1: below it a combination is not known at all
@@ -353,9 +352,9 @@ class _Search:
         """The scene with a smaller error, if there is any."""
         accuracy = self._base.accuracy
         if accuracy.tolerance is None:
-            return self._base.changed(accuracy=Accuracy(step=(accuracy.step or inf) * FINER))
+            return self._base.changed(accuracy=Accuracy(step=(accuracy.step or inf) * TIGHTER))
         least = least_tolerance(assemble_scene(self._base))
-        finer = Accuracy(tolerance=max(accuracy.tolerance * FINER, least))
+        finer = Accuracy(tolerance=max(accuracy.tolerance * TIGHTER, least))
         return self._base.changed(accuracy=finer)
 
     def tighten(self) -> bool:
@@ -399,8 +398,8 @@ class _Search:
         bounds = [_of(self._parameters, end) / self._scale for end in ("low", "high")]
         try:
             solved = least_squares(
-                self._tried, value / self._scale, "3-point", bounds, ftol=CONVERGED,
-                xtol=CONVERGED, gtol=FLAT, x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
+                self._tried, value / self._scale, "3-point", bounds, gtol=UNIT_ROUNDING,
+                x_scale="jac", diff_step=DIFFERENCE, max_nfev=MOST_STEPS,
             )  # fmt: skip
         except ValueError as error:
             raise NoFitError(self._failed or str(error)) from None

@@ -22,6 +22,7 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.observables import Signal, signals, table_columns, unknown_signal
 from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.scene.columns import (
     BadFileError,
@@ -195,7 +196,6 @@ def _at(cells: Cells, row: int, column: int, message: str, hint: str = "") -> Mi
 
 
 MOST_SHIFTS = 4000  # that are tried before the best one is refined
-END_ROUNDING = 1e-9  # of a run's length: rounding at its ends
 FEWEST = 3  # rows within the run, of a series that has so many: fewer tell of a wrong unit or clock
 _HINT = (
     "hint: the header of the time may name its unit, such as 't (ms)'; '--shift', in Python "
@@ -289,7 +289,7 @@ def against(result: Result, series: Series, shift: float | str = 0.0) -> Against
 def _within(result: Result, time: FloatArray) -> BoolArray:
     """Which instants lie within a run; both ends count."""
     begin, end = result.time[[0, -1]]
-    near = END_ROUNDING * (end - begin)
+    near = NEGLIGIBLE * (end - begin)
     return np.asarray((time >= begin - near) & (time <= end + near))
 
 

@@ -28,8 +28,9 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 
-PUSH_ROUNDING = 1e-10  # of the largest of c, or of p: values this little below zero are zero
-RANK = 1e-10  # of the largest eigenvalue of W: contacts that depend on others share the load
+# Of the largest of c, or of p: values this little below zero are zero. Of the largest eigenvalue of
+# W: contacts that depend on others share the load.
+SOLVED = 1e-10
 MOST_RUBBING = 6  # contacts: 4096 modes, half a second
 # Of the largest speed, or impulse: two answers that differ by less are one.
 SAME_ANSWER = 1e-8
@@ -45,7 +46,7 @@ def complementary(mobility: FloatArray, free: FloatArray, *, even: bool = True) 
 
     """
     count = len(free)
-    enough = PUSH_ROUNDING * float(np.abs(free).max(initial=0.0))
+    enough = SOLVED * float(np.abs(free).max(initial=0.0))
     for acting in range(count, -1, -1):
         for chosen in combinations(range(count), acting):
             push = np.zeros(count)
@@ -54,7 +55,7 @@ def complementary(mobility: FloatArray, free: FloatArray, *, even: bool = True) 
                 within = mobility[np.ix_(closed, closed)]
                 push[closed] = -least_inverse(within, even=even) @ free[closed]
             left = mobility @ push + free
-            if push.min(initial=0.0) < -PUSH_ROUNDING * float(np.abs(push).max(initial=0.0)):
+            if push.min(initial=0.0) < -SOLVED * float(np.abs(push).max(initial=0.0)):
                 continue
             if left.min(initial=0.0) >= -enough and np.abs(left[closed]).max(initial=0.0) <= enough:
                 return np.maximum(push, 0.0)
@@ -65,7 +66,7 @@ def complementary(mobility: FloatArray, free: FloatArray, *, even: bool = True) 
 
 def least_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
     """Inverse of mobilities (..., c, c); where contacts depend on others, for the least forces."""
-    return np.asarray(np.linalg.pinv(mobility, rcond=RANK, hermitian=even))
+    return np.asarray(np.linalg.pinv(mobility, rcond=SOLVED, hermitian=even))
 
 
 class RubbingImpact(NamedTuple):
@@ -116,13 +117,13 @@ def rubbing_impact(
     choices = [(OPEN, STICKS, SLIDES, SLIDES_BACK) if mu > 0 else (OPEN, SLIDES) for mu in friction]
     modes = np.array(list(product(*choices)))
     equations, right = _equations(modes, system, wanted, start[count:], grips)
-    impulses = (np.linalg.pinv(equations, rcond=RANK) @ right[..., None])[..., 0]
+    impulses = (np.linalg.pinv(equations, rcond=SOLVED) @ right[..., None])[..., 0]
     impulses[np.tile(modes == OPEN, 2)] = 0.0  # exactly
     left = (equations @ impulses[..., None])[..., 0] - right
     off = np.abs(left).max(axis=1, initial=0.0)
     after = start + impulses @ system.T
     largest = max(np.abs(start).max(initial=0.0), np.abs(wanted).max(initial=0.0))
-    enough = PUSH_ROUNDING * largest
+    enough = SOLVED * largest
     across, along = impulses[:, :count], impulses[:, count:]
     opens = wanted + after[:, :count] - start[:count]
     grip = grips * across - np.abs(along)

@@ -18,11 +18,11 @@ from scipy.optimize import brentq
 
 from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError
+from exudyn_flexlink.rounding import EVENT_TIME, ROUNDING
 
 Turns = tuple[IndexArray, FloatArray, FloatArray]
 
 LOOKS_AT_TURNS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
-STANDSTILL = 1e-12  # of a value: what moves by less in a step stands still
 
 
 def highest(
@@ -147,7 +147,7 @@ class TurnSeeker:
         by less than `rounding` (c,) in a step counts as still.
         """
         time, length = steps
-        still = np.maximum(STANDSTILL * np.abs(values).max(axis=(0, 1)), rounding)
+        still = np.maximum(ROUNDING * np.abs(values).max(axis=(0, 1)), rounding)
         slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
         which, at, turned = polynomial.turns(time, length, values, slopes)
         nodes = (time[:, None] + polynomial.nodes * length[:, None]).ravel()
@@ -180,7 +180,6 @@ def _rows(nodes: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     return at, np.asarray(slopes, dtype=np.float64).T
 
 
-EVENT_TIME = 1e-13  # s: accuracy of an event's instant, where the clock resolves it
 LOOKS = 8  # instants of a step at which an event function is evaluated
 GAP_ROUNDING = 1e-14  # m: an event function that is less than this below zero is zero, rounded
 HALVINGS = 40  # of the time to the next look, in the search for where a function rises from zero

@@ -14,16 +14,14 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.rounding import EVENT_TIME, UNIT_ROUNDING
 
-CLOCK = 1e-15  # of the time: 4 to 9 times what it is rounded to
-
-
-JUST = 2e-13  # s: twice as near as steps end at an instant
+JUST = 2 * EVENT_TIME  # s: twice as near as steps end at an instant
 
 
 def instant(t: float, least: float) -> float:
     """How near (s) times are that count as one at t (s): `least`, or what the clock tells apart."""
-    return max(least, CLOCK * abs(t))
+    return max(least, UNIT_ROUNDING * abs(t))
 
 
 def later(t: float, by: float) -> float:

@@ -41,9 +41,8 @@ from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, Step
 
 SHARE = 0.07  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
-SAFETY = 0.9
-# RADAU5's factor (2 k + 1)/(2 k + n), of at most k = 8 rounds of which n = 2 were made.
-TWO_ROUNDS = 17 / 18
+# RADAU5's factor 0.9 (2 k + 1)/(2 k + n), of at most k = 8 rounds of which n = 2 were made.
+GROWTH = 17 / 18 * 0.9
 PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
 FREELY = 0.3  # of the run: what moves freely keeps an error of its speed for half of it on average
 
@@ -100,7 +99,7 @@ class ErrorControl:
         """
         ratio = max(error / self.allowed, 1e-12)
         order = self.method.stages + 1  # of the estimated error
-        grow = TWO_ROUNDS * SAFETY * ratio ** (-1.0 / order)
+        grow = GROWTH * ratio ** (-1.0 / order)
         if self._before is not None:
             before, then = self._before
             grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / order))

@@ -40,17 +40,9 @@ from exudyn_flexlink.mechanism.dynamics import (
     motions_by_mass,
     started,
 )
+from exudyn_flexlink.mechanism.joints import Contact, Pin, RopeContact, Slide, SumStop
 from exudyn_flexlink.mechanism.least_motion import LeastMotion, scale_roots
-from exudyn_flexlink.mechanism.model import (
-    Contact,
-    LinearSpring,
-    Mechanism,
-    Pin,
-    RopeContact,
-    RotarySpring,
-    Slide,
-    SumStop,
-)
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, RotarySpring
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.raising import Sendable
 from exudyn_flexlink.scene import (

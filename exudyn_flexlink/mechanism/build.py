@@ -43,7 +43,7 @@ from exudyn_flexlink.mechanism.constraints import (
 )
 from exudyn_flexlink.mechanism.contacts import penalty_of, pressing_law
 from exudyn_flexlink.mechanism.dynamics import Bodies
-from exudyn_flexlink.mechanism.model import (
+from exudyn_flexlink.mechanism.joints import (
     GROUND,
     Anchor,
     Channel,
@@ -55,26 +55,28 @@ from exudyn_flexlink.mechanism.model import (
     Gear,
     Geared,
     Groove,
-    Held,
     JointFriction,
+    Pin,
+    RopeContact,
+    Slide,
+    Slot,
+    SumStop,
+    Weld,
+)
+from exudyn_flexlink.mechanism.model import (
+    Held,
     LinearSpring,
     Mechanism,
     Motor,
-    Pin,
     Placed,
     PointForce,
-    RopeContact,
     RotarySpring,
     Sense,
     Size,
-    Slide,
     Sliding,
-    Slot,
-    SumStop,
     TorqueMotor,
     Turning,
     Until,
-    Weld,
 )
 from exudyn_flexlink.mechanism.prescribed import (
     Formula,
@@ -85,6 +87,7 @@ from exudyn_flexlink.mechanism.prescribed import (
     Tabled,
 )
 from exudyn_flexlink.once import once_for_each
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import (
     BeltJoint,
     CircleSpec,
@@ -111,8 +114,6 @@ from exudyn_flexlink.scene import (
     meshes_of,
 )
 from exudyn_flexlink.source import KeyPath, Mistake, SceneError
-
-COAXIAL = 1e-9  # of how far two axes are from the arm's origin: nearer ones are one
 
 
 def build_gears(bodies: Bodies) -> Iterator[Gear]:
@@ -171,7 +172,7 @@ def _radii(spec: GearJoint, first: Geared, second: Geared) -> tuple[float | None
     apart = hypot(beside.x - near.x, beside.y - near.y)
     both = abs(1.0 - spec.turns) if spec.internal else 1.0 + spec.turns
     size = max(hypot(near.x, near.y), hypot(beside.x, beside.y))
-    if near.part != beside.part or apart <= COAXIAL * size or both == 0:
+    if near.part != beside.part or apart <= NEGLIGIBLE * size or both == 0:
         return None, None
     return apart / both, apart / both * spec.turns
 

@@ -28,18 +28,17 @@ from exudyn_flexlink.mechanism.constraints import (
     places_near,
     slot_point,
 )
+from exudyn_flexlink.mechanism.joints import GROUND, NOTHING, Anchor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.least_motion import (
-    NOTHING,
     LeastMotion,
     scale_roots,
     spanning_tree,
     whole_roots,
     within_body,
 )
-from exudyn_flexlink.mechanism.model import GROUND, Anchor, Mechanism, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.raising import Sendable
-
-BEHIND = 1e-10  # m: so little behind its start a point counts as on it
+from exudyn_flexlink.rounding import ROUNDING, TINY
 
 
 @dataclass(frozen=True)
@@ -187,7 +186,7 @@ def _nearest_ahead(slot: Slot, origin: FloatArray, along: FloatArray) -> float:
     crossings = ray_crossings(slot.curve, origin, along)
     distances = (slot.curve.point(crossings) - origin) @ along
     first_lap = crossings <= ends_of_lap(slot.curve, 1)[1]
-    ahead = distances[(distances >= -BEHIND) & first_lap]
+    ahead = distances[(distances >= -CLOSED) & first_lap]
     return float(ahead.min()) if len(ahead) else 0.0
 
 
@@ -452,7 +451,7 @@ def _close(
         motion = LeastMotion(mechanism, joints, roots, -joints.residual, straight)
         step = motion.nearest()
         # Far from closed a full step may overshoot: no part turns more than half a radian at once.
-        step = step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), 1e-300))
+        step = step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), TINY))
         q = q + step
         q = _straightened(mechanism, q) if straight else q
         places = places_near(mechanism, q, places)
@@ -525,7 +524,6 @@ def place_in(slot: Slot, lap: int, q: FloatArray) -> float:
 
 
 SECOND = 0.1  # rad/s: as much counts 1 m/s of a point, in a mechanism with 1 m from end to end
-SETTLED = 1e-12  # of the largest speed: a change by less is rounding
 MOST_ROUNDS = 50  # each leaves about SECOND^2 of what is missing, of many parts in a row more
 
 
@@ -548,7 +546,7 @@ def least_speeds(
     v = motion.nearest()
     for _ in range(MOST_ROUNDS):
         before, v = v, motion.nearest(np.einsum("pij,pj->pi", points, v))
-        if np.abs(v - before).max(initial=0.0) <= SETTLED * np.abs(v).max(initial=0.0):
+        if np.abs(v - before).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
             break
     # So little weight costs digits: the next speeds in an even metric have them all.
     even = scale_roots(mechanism)

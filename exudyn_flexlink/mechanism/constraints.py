@@ -15,24 +15,17 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
+from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Gear, Pin, Slide, Slot, SumStop, Weld
 from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
     Apart,
-    Gear,
     Mechanism,
     Motor,
-    Pin,
     PointForce,
     RigidPart,
     Sense,
     Size,
-    Slide,
     Sliding,
-    Slot,
-    SumStop,
     Turning,
-    Weld,
 )
 
 
@@ -494,12 +487,9 @@ def along_slots(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Bl
     return _rows_of(_slotted(slots, places, across=False), q)
 
 
-ROOT = -1
-
-
 @dataclass(frozen=True)
 class Frame:
-    """Axes at a place (m) of a link's axes, turned by `angle` (rad); link ROOT is the ground."""
+    """Axes at a place (m) of a link's axes, turned by `angle` (rad); link GROUND is the ground."""
 
     link: int
     x: float = 0.0
@@ -530,7 +520,7 @@ def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
 
 def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
     """A part and all that is welded to it, with frames in its axes."""
-    group = {part: Frame(ROOT)}
+    group = {part: Frame(GROUND)}
     while out := [
         weld for weld in welds if len({weld.first.part, weld.second.part} & group.keys()) == 1
     ]:
@@ -539,8 +529,8 @@ def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
         known, added = (weld.first, weld.second) if near else (weld.second, weld.first)
         angle = group[known.part].angle + (weld.angle if near else -weld.angle)
         x, y = group[known.part].place(known.x, known.y)
-        back = with_at_origin((added.x, added.y), ROOT, angle)
-        group[added.part] = Frame(ROOT, x + back.x, y + back.y, angle)
+        back = with_at_origin((added.x, added.y), GROUND, angle)
+        group[added.part] = Frame(GROUND, x + back.x, y + back.y, angle)
     return group
 
 

@@ -23,15 +23,10 @@ from exudyn_flexlink.laws import (
     SpringDamper,
 )
 from exudyn_flexlink.mechanism.constraints import inertia_with_welded, length_along, welded_to
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    Contact,
-    FaceContact,
-    Mechanism,
-    Slide,
-)
+from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Contact, FaceContact, Slide
+from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.shapes import ContactShapes, poses_of, vectors
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 from exudyn_flexlink.scene import (
     ContactLaw,
     DampedLaw,
@@ -100,7 +95,6 @@ def _compliance(scene: Scene, name: str) -> float:
     return (1 - material.poissons_ratio**2) / material.youngs_modulus
 
 
-TOUCHING = 1e-12  # m: a gap smaller than rounding is contact without penetration
 HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
 
 
@@ -135,7 +129,7 @@ def far_behind(contact: Contact, at: Approach) -> bool:
 
 def pressed_at(contact: Contact, at: Approach) -> bool:
     """Tell whether a contact that looks so is pressed: with penetration, opposite its face."""
-    pressed = at.gap < -TOUCHING and on_the_contact(contact, float(at.place))
+    pressed = at.gap < -PLACE_ROUNDING and on_the_contact(contact, float(at.place))
     return bool(pressed) and not far_behind(contact, at)
 
 

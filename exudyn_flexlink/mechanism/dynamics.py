@@ -31,21 +31,19 @@ from exudyn_flexlink.mechanism.constraints import (
     turning,
 )
 from exudyn_flexlink.mechanism.contacts import gradient
-from exudyn_flexlink.mechanism.least_motion import LeastMotion
-from exudyn_flexlink.mechanism.model import (
+from exudyn_flexlink.mechanism.joints import (
     GROUND,
     Anchor,
     Channel,
     Contact,
-    LinearSpring,
-    Mechanism,
     Pin,
-    RigidPart,
     RopeContact,
-    RotarySpring,
     Slide,
     SumStop,
 )
+from exudyn_flexlink.mechanism.least_motion import LeastMotion
+from exudyn_flexlink.mechanism.model import LinearSpring, Mechanism, RigidPart, RotarySpring
+from exudyn_flexlink.rounding import TINY
 from exudyn_flexlink.scene import GROUND as GROUND_NAME
 from exudyn_flexlink.scene import (
     FlexibleBody,
@@ -265,7 +263,6 @@ class Bodies:
         return points
 
 
-MEETING = 1e-300  # m: where both ends meet, a spring with a length has no direction, and no force
 HALF_A_TURN = pi + 1e-6  # rad: what is assembled at half a turn is not beyond it by rounding
 
 
@@ -401,7 +398,7 @@ def contact_mass(
     if isinstance(contact, SumStop):
         row = gradient(contact, q)
         moves = motions_by_mass(mechanism, q, places).nearest(row)
-        return 1.0 / max(float(row @ moves.ravel()), 1e-300)
+        return 1.0 / max(float(row @ moves.ravel()), TINY)
     first, second = contact.anchors
     if isinstance(contact, RopeContact):
         first, second = contact.over, ()
@@ -410,9 +407,9 @@ def contact_mass(
     by_anchor = np.einsum("aik,kaj->aij", rows, moved.reshape(q.size, len(rows), 2))
     mobilities = np.linalg.eigvalsh(by_anchor).max(axis=1)  # m/s^2 per N
     if isinstance(contact, RopeContact):
-        return 1.0 / max(float(contact.weights**2 @ mobilities), 1e-300)
+        return 1.0 / max(float(contact.weights**2 @ mobilities), TINY)
     largest = float(mobilities[: len(first)].max() + mobilities[len(first) :].max())
-    return 1.0 / max(largest, 1e-300)
+    return 1.0 / max(largest, TINY)
 
 
 # --- springs ------------------------------------------------------------
@@ -459,7 +456,7 @@ def _stretched(
         return length_along(slide, q) - rest, speed_along(slide, q, v), line_of(slide, q)
     between, moving = _between(spring, q, v)
     size = np.hypot(between[..., 0], between[..., 1])
-    along = between / np.maximum(size, MEETING)[..., None]
+    along = between / np.maximum(size, TINY)[..., None]
     return size - rest, np.sum(along * moving, axis=-1), along
 
 

@@ -45,16 +45,17 @@ from exudyn_flexlink.mechanism.constraints import (
 )
 from exudyn_flexlink.mechanism.contacts import approach, gradient, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
+from exudyn_flexlink.mechanism.joints import GROUND, NOTHING, Contact, RopeContact, Slide
 from exudyn_flexlink.mechanism.least_motion import (
-    NOTHING,
     LeastMotion,
     scale_roots,
     spanning_tree,
     within_body,
 )
-from exudyn_flexlink.mechanism.model import GROUND, Contact, Mechanism, RopeContact, Slide
+from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.mechanism.prescribed import Ramp
 from exudyn_flexlink.raising import Sendable
+from exudyn_flexlink.rounding import NEGLIGIBLE, TINY, UNIT_ROUNDING
 
 
 class NoRestError(Sendable, ValueError):
@@ -210,9 +211,6 @@ KICKS = 8
 DT = 1e-5  # likewise: of central differences
 SETTLED = 1e-7  # likewise: the forces after a step so short are rounding
 STIFFNESS_ROUNDING = 1e-8  # of the largest stiffness: less is rounding of differences
-BALANCED = 1e-9  # of all forces: so little is left of them where they balance
-REACH_ROUNDING = 1e-15  # of the reach: joints are as closed as they can be
-DEPENDENT = 1e-9  # of the size of a motion or of a joint's row: less than this is rounding
 SLOWEST = 1e-6  # 1/s^2: what resists less is as good as free
 OF_ENERGY = 1e-5  # of the largest stiffness: K is symmetric, as forces with an energy have it
 
@@ -348,9 +346,9 @@ class _Search:
         back = np.linalg.inv(np.linalg.cholesky(mass_blocks(self._mechanism, q)))
         rows = joints.jacobian().reshape(-1, *q.shape)
         rows = np.einsum("rnj,nkj->rnk", rows, back).reshape(-1, q.size)
-        lengths = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
+        lengths = np.maximum(np.linalg.norm(rows, axis=1), TINY)
         left, sizes, ways = np.linalg.svd(rows / lengths[:, None])
-        rank = int((sizes > DEPENDENT * sizes.max(initial=0.0)).sum())
+        rank = int((sizes > NEGLIGIBLE * sizes.max(initial=0.0)).sum())
         pulled = np.einsum("nij,nj->ni", back, forces.reshape(q.shape)).ravel()
         multipliers = -(left[:, :rank] / sizes[:rank]) @ (ways[:rank] @ pulled) / lengths
         motions = np.einsum("nji,njk->nik", back, ways[rank:].T.reshape(*q.shape, -1))
@@ -359,10 +357,8 @@ class _Search:
         longest = max(
             (1 / self.size(motion) for motion in np.moveaxis(motions, -1, 0)), default=0.0
         )
-        off = (
-            REACH_ROUNDING * max(1.0, self.size(q)) * longest
-        )  # places and angles are rounded, too
-        rounding = BALANCED * float(np.linalg.norm(pulled)) + stiffest * off
+        off = UNIT_ROUNDING * max(1.0, self.size(q)) * longest  # places and angles are rounded, too
+        rounding = NEGLIGIBLE * float(np.linalg.norm(pulled)) + stiffest * off
         return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
 
     def _forces(
@@ -426,7 +422,7 @@ class _Search:
     def downhill(self, at: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Go along a step so far that the forces do not yet drive back by half of what they did."""
         size, first = self.size(step), self._power((at.q, at.places), step)
-        step = step * min(1.0, LONGEST / max(size, 1e-300))
+        step = step * min(1.0, LONGEST / max(size, TINY))
         for _ in range(HALVINGS):
             moved = self.moved(at.q, at.places, step)
             if moved is not None and (size < SETTLED or self._power(moved, step) >= -first / 2):
@@ -449,7 +445,7 @@ class _Search:
             for _ in range(CLOSING):
                 places = places_near(self._mechanism, q, places)
                 joints = constraints_at(self._mechanism, q, places)
-                if np.abs(joints.residual).max(initial=0.0) <= REACH_ROUNDING * self._reach:
+                if np.abs(joints.residual).max(initial=0.0) <= UNIT_ROUNDING * self._reach:
                     break
                 roots = scale_roots(self._mechanism)
                 q = q + LeastMotion(self._mechanism, joints, roots, -joints.residual).nearest()
@@ -494,7 +490,7 @@ def _no_rest(mechanism: Mechanism, at: _Look) -> NoRestError:
 
 
 STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
-SAME = 1e-6  # rad: by so little or less the angles of one way differ
+SAME_WAY = 1e-6  # rad, or rad/s, m/s: bodies that differ by so little or less stand, or move, alike
 
 
 def moved_by_forces(assembly: Assembly) -> list[str]:
@@ -506,7 +502,7 @@ def moved_by_forces(assembly: Assembly) -> list[str]:
     names, moved = list(mechanism.bodies), set[int]()
     for bodies, motions in free_motions(mechanism, assembly.state):
         sizes = np.linalg.norm(motions.reshape(len(bodies), -1), axis=1)
-        moved |= set(bodies[sizes > DEPENDENT].tolist())
+        moved |= set(bodies[sizes > NEGLIGIBLE].tolist())
     return [name for body, name in enumerate(names) if body in moved]
 
 
@@ -552,7 +548,7 @@ def _connected(bodies: int, ends: IndexArray) -> IndexArray:
 def _null_space(rows: FloatArray) -> FloatArray:
     """Motions (coordinates, freedoms) that all rows allow, perpendicular and of length 1."""
     _, sizes, directions = np.linalg.svd(rows)
-    rank = int((sizes > DEPENDENT * sizes.max(initial=0.0)).sum())
+    rank = int((sizes > NEGLIGIBLE * sizes.max(initial=0.0)).sum())
     return np.asarray(directions[rank:].T)
 
 
@@ -561,7 +557,7 @@ def shared_forces(assembly: Assembly) -> set[str]:
     if not assembly.surplus:
         return set()
     joints = constraint_rows(assembly.mechanism, assembly.state.q, assembly.state.places)
-    idle = np.abs(_null_space(joints.jacobian().T)).max(axis=1, initial=0.0) > DEPENDENT
+    idle = np.abs(_null_space(joints.jacobian().T)).max(axis=1, initial=0.0) > NEGLIGIBLE
     starts = joints.first_rows[:-1]
     return {name for name, any_idle in zip(joints.names, np.logical_or.reduceat(idle, starts),
                                            strict=True) if any_idle}  # fmt: skip
@@ -597,7 +593,7 @@ def _searched(assembly: Assembly, fixed: Start, loose: list[tuple[int, ...]]) ->
             q, _ = straight_positions(mechanism, start)
         except CannotAssembleError:
             continue
-        if all(_apart(q[:, 2], angles) > SAME for angles in known):
+        if all(_apart(q[:, 2], angles) > SAME_WAY for angles in known):
             known.append(q[:, 2])
     return known[1:]
 
@@ -618,7 +614,7 @@ def _independent(assembly: Assembly) -> list[tuple[int, int]]:
             for k, body in enumerate(bodies.tolist()):
                 left = motions[3 * k + axis]
                 size = float(np.linalg.norm(left))
-                if size > DEPENDENT:
+                if size > NEGLIGIBLE:
                     independent.append((body, axis))
                     motions = motions - np.outer(motions @ left, left) / size**2
     return independent

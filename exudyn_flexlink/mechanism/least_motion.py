@@ -19,13 +19,12 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.constraints import Constraints
-from exudyn_flexlink.mechanism.model import GROUND, Mechanism
+from exudyn_flexlink.mechanism.joints import GROUND, NOTHING
+from exudyn_flexlink.mechanism.model import Mechanism
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, TINY
 
-DEPENDENT_PART = 1e-12  # of the longest row: a smaller singular value of the rest is rounding
-INDEPENDENT = 1e-9  # a row of length 1 of which others leave less than this follows from them
 FIRST = 1e3  # times as much as joints counts a given angle, where both contradict
 TURN = np.array([0.0, 0.0, 1.0])
-NOTHING = -1
 
 
 class LeastMotion:
@@ -188,7 +187,7 @@ class LeastMotion:
         """Number of rows that earlier ones imply, by the joints that have some; few rests only."""
         starts = self._constraints.first_rows
         joints = np.searchsorted(starts, self._rest, side="right") - 1
-        rows = self._weighted / np.maximum(self._lengths[:, None], 1e-300)
+        rows = self._weighted / np.maximum(self._lengths[:, None], TINY)
         surplus: dict[int, int] = {}
         missing = len(rows) - _rank(rows)
         known = 0
@@ -206,7 +205,7 @@ class LeastMotion:
     def _singular(self) -> tuple[FloatArray, FloatArray]:
         """Left singular vectors and values of what the tree leaves free of the rest."""
         left, sizes, _ = np.linalg.svd(self._weighted, full_matrices=False)
-        kept = sizes > DEPENDENT_PART * self._lengths.max(initial=0.0)
+        kept = sizes > ROUNDING * self._lengths.max(initial=0.0)
         return left[:, kept], sizes[kept]
 
 
@@ -227,7 +226,7 @@ def _lengths(mechanism: Mechanism, rows: FloatArray, roots: FloatArray) -> Float
 
 
 def _rank(rows: FloatArray) -> int:
-    return int(np.linalg.matrix_rank(rows, tol=INDEPENDENT)) if len(rows) else 0
+    return int(np.linalg.matrix_rank(rows, tol=NEGLIGIBLE)) if len(rows) else 0
 
 
 def _given(constraints: Constraints, right: FloatArray) -> dict[tuple[int, int], int]:

@@ -17,13 +17,13 @@ from numpy.polynomial import Chebyshev, chebyshev
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import RATE, Expression, NoValueError, resolved
+from exudyn_flexlink.rounding import ROUNDING, UNIT_ROUNDING
 
 DEGREE = 16  # of the polynomials of an integral
 NODES = chebyshev.chebpts1(DEGREE + 1)
-# Numpy's own interpolation leaves more rounding than `RESOLVED` in the last coefficients.
+# Numpy's own interpolation leaves more rounding than `UNIT_ROUNDING` in the last coefficients.
 FROM_VALUES = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
 TAIL = 3  # coefficients that must be rounding
-RESOLVED = 1e-15  # of the largest coefficient so far
 FIRST = 1.0  # s, length of the first piece tried
 SHORTEST = 1e-6  # of the time, or of the first piece: what bends there adds no error worth a word
 
@@ -242,7 +242,7 @@ class Antiderivative:
             short = end - begin <= SHORTEST * max(begin, FIRST)
             # The function also changes with a time that is rounded.
             blur = float(np.abs(piece.deriv().coef).sum()) * end
-            if short or tail <= RESOLVED * (self._largest + blur):
+            if short or tail <= UNIT_ROUNDING * (self._largest + blur):
                 break
             end = begin + (end - begin) / 2
         self._length = 2 * (end - begin)
@@ -251,8 +251,7 @@ class Antiderivative:
         self._ends.append(end)
 
 
-ROUNDED = 1e-12  # of a table's range: so little beyond its end is its end
-LITTLE = 1e-12  # J: less than this is rounding of an energy
+NO_ENERGY = 1e-12  # J: less than this is rounding
 
 
 class TableEndError(NoValueError):
@@ -286,7 +285,7 @@ class PlaceTable(Applied):
         """Values (n,) where something is sensed (n,); TableEndError beyond the rows."""
         place, *sides = sensed
         low, high = self.ends
-        beyond = np.maximum(low - place, place - high) > ROUNDED * (high - low)
+        beyond = np.maximum(low - place, place - high) > ROUNDING * (high - low)
         if beyond.any():
             k = int(np.argmax(beyond))
             raise TableEndError(self._name, float(place[k]), float(np.ravel(time)[k]))
@@ -357,7 +356,7 @@ class SpringLaw:
 class _Work(Antiderivative):
     """Integral (J) of a `formula` of t, which is a way (m or rad), just as far as it is asked for.
 
-    Bounds show all of it but `LITTLE`. Beyond, the formula may have no value.
+    Bounds show all of it but `NO_ENERGY`. Beyond, the formula may have no value.
     """
 
     def __init__(self, formula: Expression) -> None:
@@ -374,10 +373,11 @@ class _Work(Antiderivative):
     def __call__(self, time: FloatArray) -> FloatArray:
         """Integrals (n,) from 0 to ways (n,), none of them negative."""
         begin, end = self._ends[-1], float(time.max(initial=0.0))
-        if end <= begin * (1 + ROUNDED):
+        if end <= begin * (1 + ROUNDING):
             return super().__call__(np.minimum(time, begin))
         edges = np.array([begin, *self._formula.bends(begin, end), end])
-        parts = [resolved(term, edges, lambda _: 1.0, LITTLE)[0] for term in self._formula.addends]
+        terms = self._formula.addends
+        parts = [resolved(term, edges, lambda _: 1.0, NO_ENERGY)[0] for term in terms]
         inner = np.unique(np.concatenate([edges, *parts]))
-        self._knots = [*inner[inner < end * (1 - ROUNDED)].tolist(), end]
+        self._knots = [*inner[inner < end * (1 - ROUNDING)].tolist(), end]
         return super().__call__(time)

@@ -27,21 +27,14 @@ from exudyn_flexlink.mechanism.closing import CLOSED
 from exudyn_flexlink.mechanism.constraints import anchor_jacobian, motor_place, motor_speed, turning
 from exudyn_flexlink.mechanism.contacts import swings
 from exudyn_flexlink.mechanism.dynamics import contact_mass, pushed
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Channel,
-    Contact,
-    Mechanism,
-    Motor,
-    RopeContact,
-    Size,
-    Until,
-)
+from exudyn_flexlink.mechanism.joints import GROUND, Channel, Contact, RopeContact
+from exudyn_flexlink.mechanism.model import Mechanism, Motor, Size, Until
 from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, Ramp, SpeedOf, Tabled
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
-SHARE = 0.1  # of the tolerance: what may be hidden of each term
+SHARE = 0.1  # of the tolerance: what may be hidden of each term, or of a place
 WITHOUT_TOLERANCE = 1e-6  # of the mechanism's reach: a tolerance, where the scene gives a step
 
 
@@ -250,9 +243,6 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
     return TurnGoal(first, second, start, 2 * pi * run.turns)
 
 
-NOT_BEFORE = 1e-9  # of an `until`'s terms: nearer below zero it is zero, where another run ended
-
-
 def until_mistakes(until: Until, sensed: Sequence[FloatArray], path: KeyPath) -> list[Mistake]:
     """Refuse a run that is over as it begins, by what its `until` senses (1,) at time 0.
 
@@ -262,7 +252,7 @@ def until_mistakes(until: Until, sensed: Sequence[FloatArray], path: KeyPath) ->
     """
     start = np.zeros(1)
     value = float(until.value.values(start, sensed)[0])
-    if value < -NOT_BEFORE * until.size(start, sensed):
+    if value < -NEGLIGIBLE * until.size(start, sensed):
         return []
     message = f"is {value:.4g} as the run begins: it must be below 0, and ends the run as it rises"
     return [Mistake(path, message, "turn its sign, or begin elsewhere")]
@@ -432,7 +422,6 @@ BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
 JUMP = 1e-6  # of the largest value: a difference that is no rounding
 LEAP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
 STILL = 1e-2  # rad/s, m/s or m: what is less may be nothing but for a run's errors
-MOVED = 0.1  # of the tolerance: so far a place may give way to joints without a word
 
 
 def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
@@ -557,7 +546,7 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
     for body, given in held.items():
         place = assembly.state.q[mechanism.bodies[body][0], :2]
         away = float(np.hypot(*(place - given)))
-        if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+        if away > SHARE * (scene.accuracy.tolerance or CLOSED):
             yield (
                 f"initial.positions.{body}: moved by {away:.2g} m, to [{place[0]:.12g}, "
                 f"{place[1]:.12g}], which its joints allow"
@@ -587,7 +576,7 @@ def _closed_otherwise(scene: Scene, assembly: Assembly) -> Iterator[str]:
     moves = np.hypot(*(assembly.state.q - given)[:, :2].T)
     of_bodies = {body: moves[list(parts)].max() for body, parts in mechanism.bodies.items()}
     farthest, away = max(of_bodies.items(), key=lambda item: item[1])
-    if away > MOVED * (scene.accuracy.tolerance or CLOSED):
+    if away > SHARE * (scene.accuracy.tolerance or CLOSED):
         yield (
             f"initial.states: joints are not where the run that this one goes on from had them: "
             f"{farthest} is moved by {away:.2g} m as it begins"

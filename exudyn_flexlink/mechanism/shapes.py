@@ -27,7 +27,7 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Curve
 from exudyn_flexlink.mechanism.constraints import Frame
-from exudyn_flexlink.mechanism.model import (
+from exudyn_flexlink.mechanism.joints import (
     Anchor,
     CircleContact,
     Contact,
@@ -38,10 +38,10 @@ from exudyn_flexlink.mechanism.model import (
     Slide,
     SumStop,
 )
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 
 ALWAYS_CLOSED = -1.0  # m: gap of a point that is held on its line from both sides
 TINY = 1e-150  # m: distance of centres that coincide, so that it has a direction
-BESIDE = 1e-12  # m: a point that is farther beyond a curve's end is beside the curve
 
 
 class Poses(NamedTuple):
@@ -600,7 +600,7 @@ class OnCurves(_Searched[CurveContact]):
         _, foot, tangent, _ = self._searches[c](place)
         way, apart = tangent / abs(tangent), place - foot
         gap = contact.side * _cross(way, apart) - contact.distance
-        beyond = not contact.curve.closed and abs(_dot(way, apart)) > BESIDE
+        beyond = not contact.curve.closed and abs(_dot(way, apart)) > PLACE_ROUNDING
         beside = abs(apart) - abs(contact.distance) if beyond else -inf
         return Glimpse(gap, contact.side * _cross(way, rate), beside)
 

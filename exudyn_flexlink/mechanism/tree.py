@@ -14,19 +14,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.constraints import ROOT, Frame, weld_groups, with_at_origin
-from exudyn_flexlink.mechanism.model import (
-    GROUND,
-    Anchor,
-    Gear,
-    Geared,
-    Mechanism,
-    Motor,
-    Pin,
-    Slide,
-    Slot,
-    Weld,
-)
+from exudyn_flexlink.mechanism.constraints import Frame, weld_groups, with_at_origin
+from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Gear, Geared, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.model import Mechanism, Motor
 
 HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 
@@ -35,7 +25,7 @@ HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 class Link:
     """One joint and what it carries.
 
-    `parent` is a link (ROOT: the ground), `offset` (m) the joint's place in the parent's axes and
+    `parent` is a link (GROUND: the ground), `offset` (m) the joint's place in the parent's axes and
     `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries. One that
     is `held` never moves: the force that holds it is that in the joint after it.
     """
@@ -110,14 +100,14 @@ class TreeLayout:
     def path(self, link: int) -> list[int]:
         """Links from the ground to this one, which is the last."""
         links: list[int] = []
-        while link != ROOT:
+        while link != GROUND:
             links.append(link)
             link = self.links[link].parent
         return links[::-1]
 
     def frame(self, part: int) -> Frame:
         """Frame of a part's origin, also of the ground's."""
-        return Frame(ROOT) if part == GROUND else self.frames[part]
+        return Frame(GROUND) if part == GROUND else self.frames[part]
 
     def place(self, anchor: Anchor) -> tuple[int, float, float]:
         """Link of an anchor, and its place (m) in the link's axes."""
@@ -190,7 +180,7 @@ class _Spanning:
         self._felt = {friction.name for friction in mechanism.frictions if friction.share > 0}
         self._hung: dict[int, Frame] = {}  # frame of each group's axes, by its number
         self._number = {part: k for k, group in enumerate(self._groups) for part in group}
-        self._hang(0, Frame(ROOT))  # the ground's
+        self._hang(0, Frame(GROUND))  # the ground's
         # Slides first: what motors and slots fix then comes before what is free.
         joints: list[Pin | Slide] = [*mechanism.slides, *mechanism.pins]
         while len(self._hung) < len(self._groups):
@@ -275,7 +265,7 @@ class _Spanning:
         group, at = loose
         count = len(self.layout.links)
         self.layout.links += [
-            Link(ROOT, ALONG_X, (0.0, 0.0)),
+            Link(GROUND, ALONG_X, (0.0, 0.0)),
             Link(count, ALONG_Y, (0.0, 0.0)),
             Link(count + 1, HINGE, (0.0, 0.0), 0.0, self._carried(group)),
         ]
@@ -305,10 +295,10 @@ def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
 def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
     """Recognise the point as the one by which a loose group hangs in the tree."""
     link, x, y = layout.place(slot.anchor)
-    if link == ROOT or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
+    if link == GROUND or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
         return None
     across = layout.links[link].parent
-    if across == ROOT or layout.links[across].kind != ALONG_Y or layout.links[across].held:
+    if across == GROUND or layout.links[across].kind != ALONG_Y or layout.links[across].held:
         return None
     return Ride(slot, (layout.links[across].parent, across))
 
@@ -316,15 +306,15 @@ def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
 def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
     """Recognise the point as one on a rod that slides in a guide hinged to the ground."""
     sliding, ahead, aside = layout.place(slot.anchor)
-    if sliding == ROOT:
+    if sliding == GROUND:
         return None
     link = layout.links[sliding]
-    if link.kind != ALONG_X or link.parent == ROOT or link.turn != 0.0 or not link.parts:
+    if link.kind != ALONG_X or link.parent == GROUND or link.turn != 0.0 or not link.parts:
         return None
     if sliding in layout.motors:
         return None
     guide = layout.links[link.parent]
-    if guide.kind != HINGE or guide.parent != ROOT:
+    if guide.kind != HINGE or guide.parent != GROUND:
         return None
     return GuidedSlot(
         slot, link.parent, sliding, guide.offset, link.offset[0] + ahead, link.offset[1] + aside

@@ -36,7 +36,6 @@ from exudyn_flexlink.observables.levers import (
     struck_bodies,
 )
 from exudyn_flexlink.observables.parting import (
-    STILL,
     Deviation,
     JointForce,
     common_points,

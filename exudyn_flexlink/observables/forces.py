@@ -15,11 +15,11 @@ from exudyn_flexlink.observables.levers import extremes_of
 from exudyn_flexlink.observables.points import samples_text
 from exudyn_flexlink.observables.touching import sleeves_with_play
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, SlotJoint, WeldJoint
 
-NEGLIGIBLE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
+WEAK_FORCE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
 BENDING = "bending moment"
-SAME_PLACE = 1e-9  # of a link's length: a station so near to a hinge is at it
 KINDS = {"N": "force", "N m": "torque"}
 NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
 
@@ -136,7 +136,7 @@ def bending_places(scene: Scene, link: str) -> FloatArray:
     others = [place for point, place in ends.items() if point in welded]
     hinges = hinge_places(body)
     for place in (*others, *body.points.values()):
-        if np.abs(hinges - place).min() > SAME_PLACE * body.length:
+        if np.abs(hinges - place).min() > NEGLIGIBLE * body.length:
             hinges = np.append(hinges, place)
     return np.sort(hinges)
 

@@ -11,10 +11,8 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import GROUND, build_mechanism, length_along, speed_along
 from exudyn_flexlink.observables.points import joint_turning, part_of_point
 from exudyn_flexlink.result import Interval, Result
+from exudyn_flexlink.rounding import INVISIBLE, NEGLIGIBLE
 from exudyn_flexlink.scene import RevoluteJoint
-
-STANDS = 1e-9  # of a joint's largest rate: what is slower stands still, but for rounding
-LEAST_WAY = 1e-9  # m: a way that is rounding, where no second run tells an error
 
 
 class Happening(NamedTuple):
@@ -87,7 +85,7 @@ def _least_way(result: Result) -> float:
     be true all the same.
     """
     error = result.error
-    return max(LEAST_WAY, 0.0 if error.missing else min(error.largest, error.limit))
+    return max(INVISIBLE, 0.0 if error.missing else min(error.largest, error.limit))
 
 
 def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float) -> FloatArray:
@@ -99,7 +97,7 @@ def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float
     from scipy.signal import find_peaks  # noqa: PLC0415 - a check needs no SciPy
 
     largest = float(np.abs(rate).max(initial=0.0))
-    moving = np.flatnonzero(np.abs(rate) > STANDS * largest)
+    moving = np.flatnonzero(np.abs(rate) > NEGLIGIBLE * largest)
     turns = np.flatnonzero(rate[moving[1:]] * rate[moving[:-1]] < 0)
     before, after = moving[turns], moving[turns + 1]
     part = rate[before] / (rate[before] - rate[after])

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike
 
 from exudyn_flexlink.arguments import instants, takes
 from exudyn_flexlink.arrays import FloatArray, members
+from exudyn_flexlink.rounding import KNOT_TIME, LAST_PLACES, ROUNDING
 
-NOTHING = 1e-12  # s: an end typed or rounded by so little is in the run
 HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
-ROUNDINGS = 4  # of an instant: what a jump is told before by less than that is told after it
 
 Record = TypeVar("Record")
 
@@ -64,7 +63,7 @@ def at_instants(record: Record, time: ArrayLike) -> Record:
 
 def even_instants(time: FloatArray, every: float) -> FloatArray:
     """Instants (M,) s evenly `every` (s) apart, from the first of samples (N,) s on."""
-    count = int((time[-1] - time[0]) / every * (1 + NOTHING))
+    count = int((time[-1] - time[0]) / every * (1 + ROUNDING))
     return np.asarray(time[0] + every * np.arange(count + 1))
 
 
@@ -76,7 +75,7 @@ def require_inside(time: FloatArray, at: FloatArray) -> None:
 
     """
     begin, end = float(time[0]), float(time[-1])
-    if not np.all((at >= begin - NOTHING) & (at <= end + NOTHING)):
+    if not np.all((at >= begin - KNOT_TIME) & (at <= end + KNOT_TIME)):
         raise ValueError(f"time: the run goes from {begin:.9g} to {end:.9g} s, no further")
 
 
@@ -88,7 +87,7 @@ def straight_between(
     At a jump, on both sides of which there is a sample, it is the later one. Before the first
     sample and after the last the value is theirs. Of a `bound` it is the larger of both samples.
     """
-    before = np.searchsorted(time, at + ROUNDINGS * np.spacing(np.abs(at)), side="right") - 1
+    before = np.searchsorted(time, at + LAST_PLACES * np.spacing(np.abs(at)), side="right") - 1
     before = np.clip(before, 0, len(time) - 1)
     after = np.minimum(before + 1, len(time) - 1)
     span = time[after] - time[before]
@@ -137,7 +136,7 @@ def derivative(time: FloatArray, values: FloatArray) -> FloatArray:
     # scipy takes long to import, and few ask for accelerations
     from scipy.interpolate import CubicSpline  # noqa: PLC0415
 
-    jumps = np.flatnonzero(np.diff(time) <= ROUNDINGS * np.spacing(time[1:])) + 1
+    jumps = np.flatnonzero(np.diff(time) <= LAST_PLACES * np.spacing(time[1:])) + 1
     slopes = np.full(values.shape, np.nan)
     for part in np.split(np.arange(len(time)), jumps):
         if len(part) > 1:  # one sample has no slope

@@ -17,7 +17,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray, Variable
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
-from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE, Force, forces_of
+from exudyn_flexlink.observables.forces import NO_FORCE, WEAK_FORCE, Force, forces_of
 from exudyn_flexlink.observables.instants import OverTime, straight_between
 from exudyn_flexlink.observables.points import (
     RATE,
@@ -30,10 +30,10 @@ from exudyn_flexlink.observables.points import (
     still_text,
 )
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError, Result
+from exudyn_flexlink.rounding import PLACE_ROUNDING, SUM_ROUNDING
 from exudyn_flexlink.scene import RevoluteJoint
 from exudyn_flexlink.source import unknown
 
-STILL = 1e-13  # m: rounding; what moves by less stands still
 ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
 VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
 # What is told of a run over its distance from one that is less accurate. Both may miss the same
@@ -42,12 +42,12 @@ VISIBLE = 1e-3  # of the room that points take: runs that differ by more have pa
 # more than is told with this factor, the other three by up to 2.4 times that; none that is off by
 # more than its tolerance is silent. Of 46 that keep it 27 warn.
 FACTOR = 3.0
+TIGHTER = 0.1  # of the tolerance, or of a given step: that of a run that tells what both hide
 # Of the samples in touches: what so many are within counts for the force of a contact. The others
 # are where a force falls from loading to unloading in less than a step; there the coarser run is a
 # hundred times worse, not ten. Of the 40 strikes of scripts/random_touches.py the median told is
 # some ten times the true largest error, and no sample of the finer run is off by more.
 MOST_SAMPLES = 0.97
-FORCE_ROUNDING = 1e-14  # of a force: none is known better, however well two runs agree
 
 Pair = tuple[str, str]
 
@@ -291,7 +291,7 @@ def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
     relative = {
         name: part.relative
         for name, part in parts.items()
-        if part and part.size > max(NO_FORCE, NEGLIGIBLE * sizes[deviations[name].unit])
+        if part and part.size > max(NO_FORCE, WEAK_FORCE * sizes[deviations[name].unit])
     }
     return max(relative.items(), key=lambda item: item[1], default=("", 0.0))
 
@@ -362,7 +362,7 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
     that of the other one. Once both have parted visibly nothing is told.
     """
     points = judged_points(run.scene)
-    if max(room(result, points) for result in (run, other)) <= STILL:
+    if max(room(result, points) for result in (run, other)) <= PLACE_ROUNDING:
         return MeasuredError(missing=still_text(points))
     asked = run.scene.accuracy.tolerance
     assert asked is not None  # runs of given steps are not measured
@@ -387,9 +387,7 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
         horizon=horizon,
         stopped=None if other.outcome.completed else float(other.time[-1]),
         other=tolerance,
-        forces={
-            name: deviation.times(FACTOR, FORCE_ROUNDING) for name, deviation in forces.items()
-        },
+        forces={name: deviation.times(FACTOR, SUM_ROUNDING) for name, deviation in forces.items()},
     )
 
 

@@ -26,10 +26,10 @@ from exudyn_flexlink.observables.points import (
 )
 from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import FlexibleBody, RodBody, Scene, SleeveJoint, split_point
-from exudyn_flexlink.source import did_you_mean
+from exudyn_flexlink.source import did_you_mean, listed
 
-MOST_NAMED = 12  # in a message
 _UNITS = {Dimension.LENGTH: "m", Dimension.ANGLE: "rad", Dimension.ANGULAR_SPEED: "rad/s"}
 
 
@@ -107,8 +107,7 @@ def table_columns(scene: Scene) -> dict[str, str]:
 def unknown_signal(name: str, known: Iterable[str]) -> str:
     """Say that no quantity has this name, and which there are."""
     names = list(known)
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    near = did_you_mean(name, names) or f"; there are: {', '.join(names[:MOST_NAMED])}{more}"
+    near = did_you_mean(name, names) or f"; there are: {listed(names)}"
     return f"the scene has no quantity '{name}'{near}"
 
 
@@ -116,8 +115,6 @@ SEGMENT = 0.5  # of the record: the spectrum's segments, which overlap by half
 MOST_LINES = 3
 WEAK = 0.01  # of the strongest line's power: weaker ones are not named
 GRID = 8  # trial frequencies for each one over the length of the record: a peak is 4 / T wide
-NARROWER = 8  # points to each side of the best, in each of
-ZOOMS = 8  # steps that narrow the search as many times: to a part 1e-7 of the grid
 FEWEST = 32  # samples of a spectrum
 
 
@@ -158,6 +155,8 @@ def strongest_line(time: FloatArray, signal: FloatArray, lowest: float, highest:
     `time` (N,) s is even. Hann's window keeps other lines away: at a distance of k / T, for a
     record of T seconds, they count by 1 / k^3.
     """
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - see `spectrum`
+
     shape = (signal - signal.mean()) * np.hanning(len(signal))
 
     def strength(omega: float) -> float:
@@ -166,11 +165,9 @@ def strongest_line(time: FloatArray, signal: FloatArray, lowest: float, highest:
     length = float(time[-1] - time[0])
     trial = np.linspace(lowest, highest, 2 + int(GRID * (highest - lowest) * length / (2 * pi)))
     best, width = max(trial, key=strength), float(trial[1] - trial[0])
-    for _ in range(ZOOMS):
-        near = np.linspace(best - width, best + width, 2 * NARROWER + 1)
-        best = max(np.clip(near, lowest, highest), key=strength)
-        width /= NARROWER
-    return float(best)
+    beside = np.clip([best - width, best + width], lowest, highest)
+    options = {"xatol": NEGLIGIBLE * best}
+    return float(minimize_scalar(lambda omega: -strength(omega), bounds=beside, options=options).x)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ from exudyn_flexlink.report import (
     strike_table,
     touch_table,
 )
-from exudyn_flexlink.report.text import UNITS
+from exudyn_flexlink.report.text import MOST_ROWS, UNITS
 from exudyn_flexlink.result import INTERRUPTED, NOT_ASKED, EngineSettings, Result
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.shipped import EXUDYN, THIS, version_of
@@ -115,7 +115,6 @@ def is_page(content: bytes) -> bool:
 
 
 MOST_STRIKES = 100  # rows of a contact's table: some screens of a phone
-MOST_PAIRS = 10
 MOST_TOUCHES = 200  # folded, until the reader opens them
 MODEL = "model.yaml"
 """Name under which the page offers the model file."""
@@ -236,7 +235,7 @@ def _touches(result: Result, pictures: Mapping[str, Picture]) -> Section:
     joints, tables, folded = joints_with_play(result), list[Table](), list[Table]()
     for joint in joints:
         facts = replace(guide_facts(result, joint), caption=f"Depth and duration in '{joint}'")
-        tables += [guide_table(result, joint), facts, pair_table(result, joint, MOST_PAIRS)]
+        tables += [guide_table(result, joint), facts, pair_table(result, joint, MOST_ROWS)]
         folded.append(touch_table(result, joint, MOST_TOUCHES))
     drawn = _of(pictures, "guide_contact")
     return Section("touches", "Touches", [], drawn, _filled(tables), _filled(folded))

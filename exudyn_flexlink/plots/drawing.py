@@ -29,10 +29,13 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots.frame import (
     BLACK,
+    FLAT,
     GREEN,
     GREY,
+    LEGEND,
     ORANGE,
     RED,
+    ROW_HEIGHT,
     SCREEN,
     Style,
     framed_figure,
@@ -70,7 +73,6 @@ COLUMNS = 2  # at least, and in print at most
 LABELS = 0.75  # inches, of labels beside the panels
 BETWEEN = 0.15  # inches on a screen, of the gap beside a panel
 TITLE = 0.75  # inches on a screen, of what is above and below a panel
-LEGEND_ROW = 0.3  # inches on a screen, of a line of the legend below
 TALLEST = 4.4  # inches, of a panel
 ZOOM_INSTANTS = 6  # that a zoom shows
 ZOOM_TIME = 3.0  # durations of a strike that it lasts: what is struck, and what strikes, vibrate
@@ -164,7 +166,7 @@ def _new_panels(result: Result, sketch: Sketch, count: int, style: Style) -> tup
     heights = [room] * rows
     over_all = count == rows * columns  # no cell is left over for the legend
     if over_all:
-        heights.append(LEGEND_ROW * ceil(len(handles) / (COLUMNS if style.narrow else 4)) + 0.1)
+        heights.append(ROW_HEIGHT * ceil(len(handles) / (COLUMNS if style.narrow else 4)) + 0.1)
     title = "The mechanism at some instants"
     figure = new_figure(result, title, sum(heights) + 0.2, style)
     grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
@@ -291,9 +293,7 @@ def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
     return "\n".join(filter(None, (what, words, beyond)))
 
 
-LEGEND = 2.2  # inches on a screen, beside the drawing; in print below it
 LOWEST, TALLEST_START = 2.4, 7.5  # inches, of the drawing
-SAME = 1e-6  # of the drawing: points nearer than this are one
 TOGETHER = 2e-3  # of the drawing: points nearer than this look like one, and have one text
 UP = np.array([0.0, 1.0])
 MOST_BODIES = 14  # in the legend: it has no more room
@@ -301,11 +301,10 @@ MOST_NAMED = 40  # points: more names hide the mechanism
 ROOM = 0.08  # of the drawing, around it, for names
 SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
 SPOT = 3.0  # points, between two spots of a line that names keep away from
-HALF_LINE = 2.0  # points, of the thickness of most lines: names keep off their edges
 DIRECTIONS = 24
 LABEL_DISTANCE = 7.0  # points, from a place to its label
 FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
-APART = 2.0  # points, between two names, so that they don't read as one
+APART = 2.0  # points, between names, so that they don't read as one, and to the middle of a line
 # What a place for a name costs, which is 1 where it lies on another:
 OF_LINE = 0.15  # for a spot of a line that is hidden
 OUTSIDE = 40.0  # for leaving the axes
@@ -411,7 +410,7 @@ def _name(axes: Axes, posed: Sketch) -> None:
     """Write the names of bodies and of points, those of one place together."""
     factor, _ = posed.unit
     low, high = posed.box
-    middle, near = (low + high) / 2, SAME * float(np.max(high - low))
+    middle, near = (low + high) / 2, FLAT * float(np.max(high - low))
     lines = {body: posed.lines(body, 0) for body in posed.scene.bodies}
     labels = Labels(axes, [factor * drawn.line.at(posed.poses[0]) for drawn in posed.shown])
     for mark in (*joint_marks(posed.scene, posed.model), *acting_marks(posed.scene, posed.model)):
@@ -485,7 +484,7 @@ class Labels:
         within = Bbox.intersection(box, self._window)
         inside = 0.0 if within is None else within.width * within.height
         outside = 1 - inside / (box.width * box.height)
-        on_lines = OF_LINE * box.padded(HALF_LINE * self._pixels).count_contains(self._spots)
+        on_lines = OF_LINE * box.padded(APART * self._pixels).count_contains(self._spots)
         return float(OUTSIDE * outside + box.count_overlaps(self._taken) + on_lines)
 
 

@@ -41,6 +41,7 @@ from exudyn_flexlink.plots.frame import (
     GREY,
     ORANGE,
     RED,
+    ROW_HEIGHT,
     SCREEN,
     SERIES,
     Style,
@@ -78,7 +79,6 @@ STATE_COLOURS = {
 """Ever darker, so that they are told apart in grey too."""
 MOST_ROWS = 12  # of laps in the strip
 LEGEND_HEIGHT = 1.3  # inches
-ROW_HEIGHT = 0.24
 STATE_WORDS = {
     State.FREE: "free",
     State.ONE_POINT: "one point",
@@ -292,7 +292,6 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
 
 BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
 LEAST_HEIGHT = 1.75  # inches of a panel
-ENTRY = 0.23  # inches of a line of a legend beside a panel, with the room above it
 _ENERGIES = (
     ("kinetic", BLUE, "-"),
     ("stored", GREEN, "-"),
@@ -316,7 +315,7 @@ def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
     by_contact = {name: strikes(result, name) for name in result.contacts}
     zooms = {name: s[0] for name, s in by_contact.items() if s and s[0].end > s[0].begin}
     entries = [*map(len, panels.values()), *([len(zooms)] if zooms else [])]
-    heights = [max(LEAST_HEIGHT, ENTRY * (count + 1)) for count in entries]
+    heights = [max(LEAST_HEIGHT, ROW_HEIGHT * (count + 1)) for count in entries]
     names = [*panels, *(["first strikes"] if zooms else [])]
     height = max(2.8, sum(heights))
     figure, rows = placed(

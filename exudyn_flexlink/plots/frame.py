@@ -169,8 +169,10 @@ def is_figure(content: bytes) -> bool:
     return b"atplotlib" in content
 
 
+FLAT = 1e-6  # of what is drawn: places, and radii, that differ by less are one
+LEGEND = 2.4  # inches on a screen, of a legend beside axes; in print above or below them
+ROW_HEIGHT = 0.24  # inches on a screen, of a line of a legend, or of a row beside it
 LINE = 0.022  # inches: height of a line of text per point of its font
-LETTERS = 145  # letters in an inch of a line, times the points of their font
 MOST_LINES = 4  # of a title, note or caption: the rest is left out
 LONG = re.compile(r"\S{33,}")  # a name that leaves the figure no room
 EDGE = 0.1  # inches, left and right of text
@@ -284,16 +286,16 @@ def wrapped(text: str, width: float, size: float, weight: str = "normal") -> lis
     Text beyond a few lines is left out; dots stand for it.
     """
     font = FontProperties(size=size, weight=weight)
-    columns = max(int(width * LETTERS / size), 10)
+    columns = max(int(len(text) * 72 * width / (text_width(text, font) or 1.0)), 10)
     while True:
         lines = textwrap.wrap(text, columns, max_lines=MOST_LINES, placeholder=" ...")
-        widest = max((_points(line, font) for line in lines), default=0.0)
+        widest = max((text_width(line, font) for line in lines), default=0.0)
         if widest <= 72 * width or columns <= 10:
             return lines
         columns = int(0.9 * columns)
 
 
-def _points(line: str, font: FontProperties) -> float:
+def text_width(line: str, font: FontProperties) -> float:
     """Width of a line in points; a dollar sign is a letter, it does not begin a formula."""
     with settings({}):
         return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])

@@ -20,12 +20,12 @@ from exudyn_flexlink.plots.frame import (
 )
 from exudyn_flexlink.plots.outline import Sketch
 from exudyn_flexlink.plots.panels import letter
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 SHOWN_MODES, COLUMNS = 6, 3
 PHASES = np.array([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])  # of a mode: how far it goes, and between
 SIZE = 0.12  # of the mechanism: how far a mode moves its farthest point in the figure
 PALE = 0.3
-ROUNDING = 1e-9  # of the larger coordinate: less is not drawn
 BESIDE, ABOVE = 0.7, 0.9  # inches of a panel beside, and above and below, its axes
 AHEAD = 1.0  # deg: a phase that leads by less is rounding, by more lags by the rest of a turn
 
@@ -72,7 +72,7 @@ def response(answer: Response, *, style: Style = SCREEN) -> Figure:
     gain, phase = figure.subplots(2, 1, sharex=True)
     largest = max(float(np.abs(moved).max()) for moved in (answer.x, answer.y))
     for name, moved, colour in (("x", answer.x, BLUE), ("y", answer.y, RED)):
-        if np.abs(moved).max() > ROUNDING * largest:
+        if np.abs(moved).max() > NEGLIGIBLE * largest:
             gain.loglog(answer.frequency, np.abs(moved), color=colour, label=name)
             lag = (AHEAD - np.degrees(np.angle(moved))) % 360 - AHEAD
             phase.semilogx(answer.frequency, -lag, color=colour)

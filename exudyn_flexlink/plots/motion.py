@@ -36,6 +36,7 @@ from exudyn_flexlink.plots.forces import strip, strip_height, within
 from exudyn_flexlink.plots.frame import (
     BLACK,
     BLUE,
+    FLAT,
     GREEN,
     GREY,
     ORANGE,
@@ -50,6 +51,7 @@ from exudyn_flexlink.plots.frame import (
     styled,
 )
 from exudyn_flexlink.plots.panels import (
+    BAND,
     BEYOND_LINE,
     Given,
     engine_colour,
@@ -72,11 +74,9 @@ from exudyn_flexlink.stability import laps_of_cycle
 X_COLOURS = (BLUE, GREEN, SKY, BLACK)
 Y_COLOURS = ("#8C1C13", "#E8704A", "#F2A541", PURPLE)
 
-FLAT = 1e-6  # of a radius: what differs by less is rounding
 OFF = -0.1  # of a polar plot's width: where its radial scale stands
 NESTED = 4  # laps, at most, that are drawn each thinner than the one before and named alone
 STEP = 0.8  # line widths between two of them
-BAND = 11.0  # points, of the shading along a line
 
 
 @styled

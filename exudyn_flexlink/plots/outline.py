@@ -40,7 +40,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.observables import point_anchor, watched_point
 from exudyn_flexlink.plots.frame import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
-from exudyn_flexlink.plots.panels import BEYOND_LINE, horizon, length_unit, sized
+from exudyn_flexlink.plots.panels import BAND, BEYOND_LINE, horizon, length_unit, sized
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import (
     FlexibleBody,
@@ -388,7 +388,6 @@ def box_around(
 BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
 SHOWN = ("curve", "ring", "rope", "stop", *BODIES)
 LABELLED = {"curve": "", "stop": "stop", "rope": "rope or buffer"}
-BAND = 7.0  # points: width of the shading along the path beyond the horizon
 _MARKS = {"O": "+", "P": "s", "S": "o"}
 
 

@@ -15,6 +15,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
@@ -30,6 +31,7 @@ from exudyn_flexlink.plots.frame import (
     SCREEN,
     ShownFigure,
     doubts_of,
+    text_width,
 )
 from exudyn_flexlink.result import Result
 
@@ -41,7 +43,8 @@ BEYOND_LINE: dict[str, Any] = {
     "solid_capstyle": "butt",
     "zorder": 1,
 }
-"""and along a line."""
+"""and along a line,"""
+BAND = 9.0  # points: width of the shading there
 
 # Look of the mark at the instant from which on positions may be off by more than asked:
 DOUBT_LINE: dict[str, Any] = {"color": "#8A63B0", "linewidth": 0.8, "zorder": 1}
@@ -49,8 +52,6 @@ DOUBT_LINE: dict[str, Any] = {"color": "#8A63B0", "linewidth": 0.8, "zorder": 1}
 # and at the instant at which a stage of the run begins:
 STAGE_LINE: dict[str, Any] = {"color": "#555555", "linewidth": 0.8, "linestyle": ":", "zorder": 1}
 
-LETTERS = 118  # letters in an inch of legend, times the points of their font
-HANDLE = 6  # letters: width of the sample of a line in a legend
 COINCIDE = 0.01  # of the range of all lines: lines nearer than this hide each other
 OFTEN = 0.3  # of the samples: a line hidden in more of them could be missed
 BROADER = 2.2  # points: added to a line's width for each later line that lies on it
@@ -119,12 +120,13 @@ def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **mor
 
 def columns_of(labels: Sequence[str], figure: Any, part: float = 0.85) -> int:
     """Number of columns of a legend that is no wider than a `part` of the figure."""
-    size = mpl.rcParams["legend.fontsize"]
-    room = part * figure.get_figwidth() * LETTERS / float(size)
-    lengths = [max(len(part) for part in name.replace("$", "").split("\n")) for name in labels]
+    rc, font = mpl.rcParams, FontProperties(size=mpl.rcParams["legend.fontsize"])
+    beside = rc["legend.handlelength"] + rc["legend.handletextpad"] + rc["legend.columnspacing"]
+    sample = beside * font.get_size_in_points()
+    widths = [max(text_width(line, font) for line in name.split("\n")) for name in labels]
     for count in range(len(labels), 1, -1):
-        columns = np.array_split(lengths, count)
-        if sum(int(np.max(column)) + HANDLE for column in columns) <= room:
+        columns = np.array_split(np.array(widths) + sample, count)
+        if sum(map(np.max, columns)) <= 72 * part * figure.get_figwidth():
             return count
     return 1
 

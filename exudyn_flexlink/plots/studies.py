@@ -29,10 +29,12 @@ from exudyn_flexlink.plots.frame import (
     ENGINE_COLOURS,
     GREEN,
     GREY,
+    LEGEND,
     ORANGE,
     OTHERS,
     PURPLE,
     RED,
+    ROW_HEIGHT,
     SCREEN,
     SERIES,
     SKY,
@@ -122,11 +124,9 @@ LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
          "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
 """Markers and lines of formulations; an engine without formulations has those of ''."""
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
-LEGEND = 2.4  # inches on a screen: height of the legend above, in print
 LOWEST = 1e-16  # m: nothing is drawn below it,
 DEEPEST = 1e-3  # nor below this part of the floor
 FEW_DECADES = 2.0  # an axis of time with fewer has labels between powers of ten, too
-ROW = 0.24  # inches on a screen: height of a number's row
 LEAST_SHOWN = 1e-12  # of what is allowed: smaller differences are drawn here
 FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
 
@@ -214,7 +214,7 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
     title = "Benchmarks against published numbers"
     subject = "Difference of each number, over what is allowed"
     notes = [f"{run.benchmark}, {run.run}: {run.stopped}" for run in runs if run.stopped]
-    figure = framed_figure((title, subject), 0.9 + ROW * len(numbers), style, notes=notes)
+    figure = framed_figure((title, subject), 0.9 + ROW_HEIGHT * len(numbers), style, notes=notes)
     axes = figure.subplots()
     axes.set_xscale("log")
     axes.axvline(1.0, color=BLACK, label="allowed")

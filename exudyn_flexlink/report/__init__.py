@@ -48,4 +48,4 @@ from exudyn_flexlink.report.studies import (
     verification_markdown,
     verification_text,
 )
-from exudyn_flexlink.report.text import Document, Table, entries, listed, number
+from exudyn_flexlink.report.text import Document, Table, entries, number

@@ -18,19 +18,19 @@ from exudyn_flexlink.fitting import Against, Fit
 from exudyn_flexlink.observables import Deviation, Measure, Strike, name_of
 from exudyn_flexlink.report.run import contact_rows, force_error_table
 from exudyn_flexlink.report.text import (
+    MOST_ROWS,
     Document,
     Table,
     in_blocks,
     left_out,
     lines_of,
-    listed,
     number,
     table,
 )
 from exudyn_flexlink.result import ForceSpread
+from exudyn_flexlink.source import listed
 from exudyn_flexlink.sweeps import column_of
 
-MOST_STRIKES = 12  # more than that scroll the rest of the table away
 STATISTICS = ("mean", "rms", "least", "greatest")
 """What is told of a stretch of time, of each coordinate of the watched point."""
 
@@ -153,9 +153,9 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
     pairs = [pair for pair in comparison.strikes if pair.contact == contact]
     turns = any(pair.lap is not None for pair in pairs)
     rows = [["lap" if turns else "", "", *(run.name for run in comparison.both), "difference"]]
-    for pair in pairs[:MOST_STRIKES]:
+    for pair in pairs[:MOST_ROWS]:
         rows += [row if turns else ["", *row[1:]] for row in _strike(pair, comparison.both)]
-    note = left_out(len(pairs), MOST_STRIKES)
+    note = left_out(len(pairs), MOST_ROWS)
     return lines_of(Table(f"Strikes of contact '{contact}'", rows, note=note))
 
 

@@ -8,15 +8,14 @@ import numpy as np
 
 from exudyn_flexlink.linear import LinearModel, Mode, motion_text
 from exudyn_flexlink.report.text import (
-    MOST_LISTED,
     Table,
     in_blocks,
     left_out,
     lines_of,
-    listed,
     section,
 )
 from exudyn_flexlink.sensitivities import Sensitivity
+from exudyn_flexlink.source import MOST_LISTED, listed
 
 
 def linear_text(model: LinearModel) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
-from exudyn_flexlink.curves import CornerArc, Curve, Spline
+from exudyn_flexlink.curves import CornerArc, Curve, Spline, finer
 from exudyn_flexlink.laws import LineContact, PowerPenalty, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.linear import motion_text
 from exudyn_flexlink.loading import other_ways, rest_of_scene
@@ -36,15 +36,15 @@ from exudyn_flexlink.mechanism import (
     welded_to,
     wound_at_start,
 )
+from exudyn_flexlink.mechanism.equilibrium import SAME_WAY
 from exudyn_flexlink.report.text import (
-    MOST_LISTED,
     Table,
     in_blocks,
-    listed,
     number,
     section,
     table,
 )
+from exudyn_flexlink.rounding import ROUNDING
 from exudyn_flexlink.scene import (
     DampedLaw,
     Flank,
@@ -59,6 +59,7 @@ from exudyn_flexlink.scene import (
     StopLaw,
     TurnPenalty,
 )
+from exudyn_flexlink.source import MOST_LISTED, listed
 
 DECIMALS = 9  # of degrees, metres and newtons: what is smaller is rounding
 
@@ -137,9 +138,6 @@ def _balance_text(value: float) -> str:
 
 
 MODES = 4
-STEPS = 16  # between two values of a curve's grid: peaks of its curvature are seen to 4 digits
-SHOWN_AS_ZERO = 1e-12  # of a curve's size: coordinates less than this are 0
-NOTICEABLE = 1e-6  # rad, rad/s, m/s: by more than this a body stands otherwise, or moves
 
 
 def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:
@@ -240,7 +238,7 @@ def curve_lines(scene: Scene) -> list[str]:
         ends = "closed" if curve.closed else "open"
         rows.append([name, f"{spec.type}{carried}, {ends}", f"{number(curve.length())} m long"])
         points, bend = _looked_at(curve)
-        points[np.abs(points) < SHOWN_AS_ZERO * curve.size] = 0.0
+        points[np.abs(points) < ROUNDING * curve.size] = 0.0
         low, high = points.min(axis=0), points.max(axis=0)
         x, y = (f"{number(a)} to {number(b)} m" for a, b in zip(low, high, strict=True))
         rows.append(["", "extent", f"x {x}, y {y}"])
@@ -261,9 +259,7 @@ def _looked_at(curve: Curve) -> tuple[FloatArray, float]:
     """Points (n, 2) in m, close to each other, and the largest curvature there, 1/m."""
     points, bends = [], [0.0]
     for piece in curve.pieces:
-        grid = piece.grid()
-        steps = np.arange(STEPS) / STEPS
-        u = np.append((grid[:-1, None] + np.diff(grid)[:, None] * steps).ravel(), grid[-1])
+        u = finer(piece.grid())
         points.append(piece.point(u))
         bends.append(float(np.abs(piece.curvature(u)).max()))
     return np.concatenate(points), max(bends)
@@ -393,7 +389,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     here = {body: float(state.q[parts[0], 2]) for body, parts in bodies}
     speeds = {body: float(state.v[parts[0], 2]) for body, parts in bodies}
     ways = [
-        {b: a for b, a in way.items() if abs(_wrapped(a - here[b])) > NOTICEABLE}
+        {b: a for b, a in way.items() if abs(_wrapped(a - here[b])) > SAME_WAY}
         for way in ([] if scene.initial.at_rest else other_ways(scene, assembly))
     ]
     others = [
@@ -425,7 +421,7 @@ def _places(assembly: Assembly) -> str:
 
 def _moving(speed: float, unit: str) -> str:
     """What is said of a speed after the place; nothing where there is none."""
-    return f" at {_rounded(speed)} {unit}" if abs(speed) > NOTICEABLE else ""
+    return f" at {_rounded(speed)} {unit}" if abs(speed) > SAME_WAY else ""
 
 
 def _rounded(value: float) -> str:

@@ -13,7 +13,6 @@ from math import degrees, inf, isfinite
 import numpy as np
 
 from exudyn_flexlink.observables import (
-    STILL,
     BendingPeak,
     ContactTotals,
     PairTotals,
@@ -38,9 +37,10 @@ from exudyn_flexlink.observables import (
     struck_bodies,
     worst_force,
 )
-from exudyn_flexlink.observables.forces import NEGLIGIBLE, NO_FORCE
+from exudyn_flexlink.observables.forces import NO_FORCE, WEAK_FORCE
 from exudyn_flexlink.report.parts import restitution_table
 from exudyn_flexlink.report.text import (
+    MOST_ROWS,
     Column,
     Table,
     in_blocks,
@@ -58,11 +58,10 @@ from exudyn_flexlink.result import (
     MeasuredError,
     Result,
 )
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 from exudyn_flexlink.scene import RevoluteJoint, SleeveJoint, SlotJoint
 from exudyn_flexlink.shipped import ENGINES, LAGRANGIAN
 
-MOST_ROWS = 12  # more than that scroll the rest away
-MOST_LAPS = 12
 MOST_PAIRS = 3
 NO_PLAY = "no clearance"
 BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
@@ -101,9 +100,9 @@ def guide_table(result: Result, joint: str) -> Table:
     """Return how a link stood in its guide, a journal or a pin in its play: by lap, and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
-    totals = {str(i): lap for i, lap in enumerate(laps[:MOST_LAPS], start=1)}
+    totals = {str(i): lap for i, lap in enumerate(laps[:MOST_ROWS], start=1)}
     totals |= {"all": whole} if len(laps) != 1 else {}
-    more = len(laps) - MOST_LAPS
+    more = len(laps) - MOST_ROWS
     if joint in result.bearings:
         what = f"Journal in '{joint}': time free, on one point; touches and impacts"
     elif isinstance(result.scene.joints[joint], SlotJoint):
@@ -314,7 +313,7 @@ def _rows(name: str, deviation: ForceDeviation) -> list[list[str]]:
         for when, part in (("", deviation.free), ("in contact", deviation.touching))
         if part
     ]
-    rounding = max([NO_FORCE, *(NEGLIGIBLE * part.size for _, part in parts)])
+    rounding = max([NO_FORCE, *(WEAK_FORCE * part.size for _, part in parts)])
     rows: list[list[str]] = []
     for when, part in parts:
         if part.size > rounding:
@@ -469,8 +468,7 @@ def error_table(result: Result) -> Table:
 def _still(result: Result) -> str:
     """Say that no point which is judged moves, so that the tolerance limits nothing; else ''."""
     points = judged_points(result.scene)
-    moved = len(result.time) < 2 or not room(result, points) <= STILL  # nan of a failed run moves
-    if moved:
+    if len(result.time) < 2 or not room(result, points) <= PLACE_ROUNDING:  # nan of a failed run
         return ""
     hint = "a point off the axis of a body would show how that turns"
     return f"not measured: {still_text(points)}; {hint}"

@@ -32,6 +32,7 @@ from exudyn_flexlink.accuracy import (
 from exudyn_flexlink.accuracy.study import MOST_RODS
 from exudyn_flexlink.observables import Vibration, measures, name_of
 from exudyn_flexlink.report.text import (
+    MOST_ROWS,
     Column,
     Document,
     Table,
@@ -388,7 +389,6 @@ WORDS = {
     0: "whether neighbours part or approach can't be told",
     -1: "neighbours approach each other",
 }
-MOST_REASONS = 5
 LONGEST = 100  # characters of a reason
 
 
@@ -555,9 +555,9 @@ def _why(sweep: SweepTable, kind: str) -> list[str]:
     first = {row.reason: row.number for row in reversed(sweep.rows) if row.status == kind}
     rows = [
         [str(count), f"run {first[reason]}", shortened(reason, LONGEST)]
-        for reason, count in reasons.most_common(MOST_REASONS)
+        for reason, count in reasons.most_common(MOST_ROWS)
     ]
-    more = len(reasons) - MOST_REASONS
+    more = len(reasons) - MOST_ROWS
     note = f"and {more} reasons more" if more > 0 else ""
     return lines_of(Table(f"{kind.capitalize()}: rows, the first of them, why", rows, note=note))
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 Item = TypeVar("Item")
 
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
-MOST_LISTED = 12  # bodies or joints that one line names
+MOST_ROWS = 12  # of a table: more than that scroll the rest away
 GAP = "  "  # before each column
 UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"
 QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])|(?<=<) (?=\d)")
@@ -121,12 +121,6 @@ def instant(time: float, run: float) -> str:
     """Return an instant (s) of a run that is so long (s), with five decimals, or more digits."""
     decimals = max(5, 4 - floor(log10(run or 1.0)))
     return f"{time:.{decimals}f}"
-
-
-def listed(words: Sequence[str]) -> str:
-    """Return words in one line, only the first of many."""
-    more = len(words) - MOST_LISTED
-    return ", ".join(words[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def in_blocks(blocks: Iterable[Sequence[str]]) -> str:

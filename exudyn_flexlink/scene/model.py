@@ -299,7 +299,8 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
 
     `allow_outside` lets splines be read from files outside the document's folder.
     """
-    unknown = _unknown_sections(document.data)
+    known, given = list(Scene.model_fields), document.data
+    unknown = [unknown_key((key,), known, SECTION_OF) for key in given if key not in known]
     misspelt = [key for key in Scene.model_fields if any(f"'{key}'?" in x.message for x in unknown)]
     mistakes = unknown + _missing_sections(document.data, misspelt)
     files = read_point_files(document, allow_outside)
@@ -315,11 +316,6 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
     absent: dict[str, Any] = {key: {} for key in _NAMED if key not in (*required, *misspelt)}
     mistakes += find_mistakes(Parts(absent | sections))
     return CheckedDocument(document, sections, tuple(mistakes), files)
-
-
-def _unknown_sections(data: Mapping[str, Any]) -> list[Mistake]:
-    known = list(Scene.model_fields)
-    return [unknown_key((key,), known, SECTION_OF) for key in data if key not in known]
 
 
 def _missing_sections(data: Mapping[str, Any], misspelt: list[str]) -> list[Mistake]:

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, get_args
 
 from exudyn_flexlink.expressions import Expression, Sensed, in_words
 from exudyn_flexlink.quantities import OF_RACK, Measured, Powers
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene.base import (
     DRIVEN,
     GROUND,
@@ -209,9 +210,6 @@ def _wanted(sensed: Sensed) -> Refers:
     return kinds.get(sensed.kind, REVOLUTE)
 
 
-SAME = 1e-9  # of a ratio: if two paths between the same gears differ by more, they lock
-
-
 def gear_mistakes(parts: Parts) -> Iterator[Mistake]:
     """Refuse gears whose joints can't mesh, and those that contradict others."""
     joints = dict(parts.valid("joints"))
@@ -292,7 +290,7 @@ def _contradicting(
     )
     wanted = -by_weight[0] / by_weight[1] * speed  # of the second, per speed of the train's start
     if train == second:
-        if abs(wanted - behind) > SAME * abs(wanted):
+        if abs(wanted - behind) > NEGLIGIBLE * abs(wanted):
             message = f"contradicts other gears of {first_body} and {second_body}: none could turn"
             turned = f"{behind / speed:.6g} by the gears above, {wanted / speed:.6g} by this one"
             yield Mistake(path, message, f"turns of the second for one: {turned}", on_key=True)

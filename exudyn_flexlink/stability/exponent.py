@@ -305,10 +305,8 @@ Flow = Callable[[FloatArray, float, float], FloatArray]
 """State (n,) at a time, from a state (n,) at an earlier time (s)."""
 
 SETTLE = 0.25  # of the time: until the neighbour lies in the direction that grows most
-FEWEST = 4  # batches: by fewer their scatter is hardly known,
-ENOUGH = 8  # and if there are more than twice as many, they may as well be longer
+FEWEST = 4  # batches: by fewer their scatter is hardly known
 SURE = 0.95  # of the cases the exponent is within its uncertainty
-SEED = 0  # of the first neighbour's direction, which is the same in every run
 MOST_CORRELATED = 0.95  # batches that follow one another: the mean of more tells nothing
 
 
@@ -415,7 +413,7 @@ def largest_exponent(
     settled, edges = batches(motion.times, neighbours.batch)
     distance, scales = neighbours.distance, neighbours.scales
     unit = np.ones(motion.states.shape[1]) if scales is None else scales
-    way = np.random.default_rng(SEED).standard_normal(len(unit))
+    way = np.random.default_rng(0).standard_normal(len(unit))
     near = motion.states[0] + distance * unit * way / np.linalg.norm(way)
     rates, errors = np.zeros(count), np.zeros(count)
     for k in range(count):
@@ -454,7 +452,7 @@ def batches(times: FloatArray, batch: float) -> tuple[int, IndexArray]:
             f"{whole:.4g} s tell no exponent with its uncertainty: it needs {FEWEST} batches of "
             f"{batch:.4g} s, and a third of that before, {FEWEST * batch / (1 - SETTLE):.4g} s"
         )
-    longer = max(1, count // ENOUGH)
+    longer = max(1, count // (2 * FEWEST))
     wanted = times[-1] - longer * batch * np.arange(count // longer, -1, -1)
     edges = np.abs(times[:, None] - wanted).argmin(axis=0)
     return int(edges[0]), edges

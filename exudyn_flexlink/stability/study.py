@@ -22,6 +22,7 @@ from exudyn_flexlink.continuing import continued, free_spans, moved, state_at
 from exudyn_flexlink.loading import SHORTEST_RUN, assemble_scene, run_mistakes
 from exudyn_flexlink.mechanism import extent, least_tolerance
 from exudyn_flexlink.observables import Vibration, crank_joint, parting_limit, turns, vibration
+from exudyn_flexlink.observables.parting import TIGHTER
 from exudyn_flexlink.quantities import LARGEST
 from exudyn_flexlink.result import INTERRUPTED, Result
 from exudyn_flexlink.scene import Accuracy, Run, Scene
@@ -167,7 +168,6 @@ def scales(scene: Scene, lap: float) -> FloatArray:
 
 FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it
 SAMPLES = 4  # between phases at which laps are compared: a thousand in a lap
-TIGHTER = 0.1  # times the tolerance: of a second look, which tells whether it matters
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ from exudyn_flexlink.source import (
     read_yaml,
 )
 
-MOST_VALUES = 1_000_000  # of one range: far more than anybody runs, and quickly made
+MOST_POINTS = 1_000_000  # or values of one range: the plan of so many takes about a gigabyte
 DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
 HINT = "start:stop:count such as '2:40:20' or '0:5:11 mm', or a list such as '1, 2, 5 mm'"
 RANGE_HINT = "lowest:highest such as '2:40' or '0:5 mm'"
@@ -154,9 +154,9 @@ def _of_text(text: str) -> tuple[Value, ...]:
         if len(parts) != 3:
             raise ValuesError(f"expected start:stop:count, got '{text}'")
         last = _COUNT.fullmatch(parts[2])
-        if last is None or not 2 <= int(last[1]) <= MOST_VALUES:
+        if last is None or not 2 <= int(last[1]) <= MOST_POINTS:
             raise ValuesError(
-                f"expected a number of values, 2 to {MOST_VALUES}, after the second colon; "
+                f"expected a number of values, 2 to {MOST_POINTS}, after the second colon; "
                 f"got '{parts[2].strip()}'"
             )
         return _range(parts[0], parts[1], HINT, last[2] or "").spread(int(last[1]))
@@ -323,7 +323,6 @@ def label_of(column: str) -> tuple[str, str]:
     return column, ""
 
 
-MOST_POINTS = 1_000_000  # the plan of so many takes about a gigabyte
 Read = Callable[[Any], Any]
 
 

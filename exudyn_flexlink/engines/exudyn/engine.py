@@ -7,6 +7,7 @@ from contextlib import redirect_stdout
 from io import StringIO
 from typing import Any
 
+from exudyn_flexlink.engines.diagnostics import TINY_STEP
 from exudyn_flexlink.laws import Impulse
 from exudyn_flexlink.mechanism import Assembly, least_tolerance
 
@@ -27,7 +28,6 @@ utilities: Any = advancedUtilities
 
 
 NO_SOLUTION = "the solver found no solution even with its smallest step"
-SHORT_ENOUGH = 1e-10  # s: a step that no contact or track asks to be shorter
 NEAR_ROUNDING = 1e3  # times the least tolerance: from there on it is no help to tighten one
 LOCKED_ADVICE = "look at the mechanism there; start elsewhere, or change lengths so that it passes"
 
@@ -40,7 +40,7 @@ def no_solution_advice(
     `tolerance` (m) is that of the run, None with steps of the user's own. `shortest` (s) is the
     shortest step that is made at the `time` (s) that the run has come to.
     """
-    if shortest > SHORT_ENOUGH:
+    if shortest > TINY_STEP:
         return (
             f"shorten the run: at {time:.3g} s no step below {shortest:.2g} s is made, which may "
             "be too long for what happens there"

@@ -26,13 +26,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
+from exudyn_flexlink.arrays import ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Places, next_piece
 from exudyn_flexlink.engines.lagrangian.model import Frame, Model, Pivot
 from exudyn_flexlink.engines.touching import Laws, rubbing
-from exudyn_flexlink.engines.track_follower import TrackFollower
+from exudyn_flexlink.engines.track_follower import NEWTON_STEPS, TrackFollower
 from exudyn_flexlink.mechanism import Anchor, FaceContact, Groove, Seen
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import SUM_ROUNDING
 
 AWAY = 1.0  # m: so far is a pin from walls of another lap, that is, it touches them never
 
@@ -241,15 +242,13 @@ class PinOnTrack(TrackFollower):
             back, speed = (place - points).conj(), np.abs(first) ** 2
             growth = speed + (back * second).real
             step = (back * first).real / np.where(growth > LEAST_GROWTH * speed, growth, speed)
-            if not np.abs(step).max(initial=0.0) > FOOT_ROUNDING * (1 + abs(self.u)):
+            if not np.abs(step).max(initial=0.0) > SUM_ROUNDING * (1 + abs(self.u)):
                 break
             u = u - np.clip(step, -FARTHEST * piece.period, FARTHEST * piece.period)
         return u, places
 
 
-NEWTON_STEPS = 60
 LEAST_GROWTH = 0.1  # of the slope's growth on a straight track: with less the pin is off its centre
-FOOT_ROUNDING = 1e-14  # of the parameter: a last change
 FARTHEST = 0.05  # of a piece: longest step of the search
 
 
@@ -351,15 +350,10 @@ class PinnedContacts(Contacts):
         speeds = at.v[:, :, None]
         rate = (rows @ speeds)[:, :, 0]
         slip = (slides @ speeds)[:, :, 0]
-        active = self._is_active(which)
+        active = np.isin(which - self._walls[0], self._pin.groove.walls(self._pin.lap))
         gap = np.where(active, gap, AWAY)
         rate = np.where(active, rate, 0.0)
         return WallsSeen(gap, rate, slip, rows, slides, -sides * bent[:, None])
-
-    def _is_active(self, which: IndexArray) -> BoolArray:
-        """Which walls (k,) are those of the present lap."""
-        active = self._pin.groove.walls(self._pin.lap)
-        return np.isin(which - self._walls[0], active)
 
 
 def _from(point: Anchor, pivot: Pivot) -> complex:

@@ -56,6 +56,7 @@ from exudyn_flexlink.mechanism import (
     TorqueMotor,
     runs_for_minimal,
 )
+from exudyn_flexlink.rounding import PLACE_ROUNDING
 from exudyn_flexlink.scene import (
     BeltJoint,
     FlexibleBody,
@@ -69,8 +70,6 @@ from exudyn_flexlink.scene import (
     WeldJoint,
 )
 from exudyn_flexlink.source import KeyPath
-
-ON_AXIS = 1e-12  # m
 
 
 @dataclass(frozen=True)
@@ -246,7 +245,7 @@ def _guide(mechanism: Mechanism, body: str, sleeve: str, pivots: dict[str, Pivot
         message = "a guide must turn about a point on the ground"
         raise NotRepresentableError(("bodies", body), message)
     guide = guides[0]
-    if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].first.y) > ON_AXIS:
+    if mechanism.slides and abs(guide.pin[1] - mechanism.slides[0].first.y) > PLACE_ROUNDING:
         message = f"must lie on the axis of the sleeve '{sleeve}'"
         raise NotRepresentableError(("joints", guide.joint), message)
     return guide

@@ -393,17 +393,10 @@ class FaceGuard(Guard):
         self.problem.change_face(time, self.contact)
 
 
-@dataclass(frozen=True)
-class WallGuard(Guard):
+class WallGuard(FaceGuard):
     """A pair of link and guide, of this number, begins or ceases to press."""
 
-    problem: Problem
-    contact: int
     bends = True
-
-    def late(self, step: Path) -> float:
-        """How long (s) before a step's end its gap was closed; negative: after."""
-        return self.problem.late_gap(self.contact, step)
 
     def cross(self, time: float) -> None:
         """Let all pairs that do so begin or cease to press."""

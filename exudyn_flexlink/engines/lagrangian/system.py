@@ -31,16 +31,19 @@ from exudyn_flexlink.engines.lagrangian.model import (
     turning_row,
 )
 from exudyn_flexlink.engines.touching import Side, Touches, press_by
-from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
+from exudyn_flexlink.engines.track_follower import (
+    LEAST_PART,
+    NEWTON_STEPS,
+    QUADRATIC,
+    DeadCentreError,
+    TrackFollower,
+)
 from exudyn_flexlink.integrate.problem import Evaluation, Press
 from exudyn_flexlink.mechanism import Seen, place_in
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
-NEWTON_STEPS = 30
-QUADRATIC = 1e-8  # of the parameter: a last change
-LEAST_PART = 1e-6  # of the way that the guide has turned
-LEAST_SLOPE = 1e-9  # sine of the angle between guide and track at a dead centre
-NEARLY = 1e-5  # likewise, where steps got too short to go on
+NEARLY = 1e-5  # sine of guide and track where steps got too short to go on: a dead centre
 SLANTING = 1e-2  # likewise, where a track that is lost was not touched
 TOUCHES = "the guide's axis touches the track"
 MISSES = "the guide's axis misses the track"
@@ -108,7 +111,7 @@ class TrackPoint(TrackFollower):
         (now, ahead), (home, known) = rays, last
         back, by_u = ahead.conj(), known[1]
         was, before = (now.conj() * by_u).imag, np.abs((back * by_u).imag)
-        if np.any(np.abs(was) < LEAST_SLOPE * np.abs(by_u)):
+        if np.any(np.abs(was) < NEGLIGIBLE * np.abs(by_u)):
             return None
         rate, bend = _by_angle(centre, now, known)
         u, largest = home + turned * (rate + 0.5 * turned * bend), np.inf
@@ -123,7 +126,7 @@ class TrackPoint(TrackFollower):
                 return None
         bends = max(np.abs(second).max(), np.abs(known[2]).max())
         steep = bends * np.abs(u - home) <= np.minimum(np.abs(slope), before)
-        enough = np.abs(slope) >= LEAST_SLOPE * np.abs(first)
+        enough = np.abs(slope) >= NEGLIGIBLE * np.abs(first)
         return (u, places) if (steep & enough & (slope * was > 0) & (away.real > 0)).all() else None
 
     def touched_by_axis(self, centre: complex) -> str:
@@ -148,7 +151,6 @@ def _by_angle(centre: complex, rays: ComplexArray, places: Places) -> tuple[Floa
 
 
 ON_FACE = 1e9  # m: a face so long has no ends
-LEAST_SINE = 1e-9  # of the angle between guide and track
 BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a held contact (Baumgarte 1972)
 
 
@@ -456,7 +458,7 @@ class System:
         pushed = 1j * along
         if not model.layout.play:
             axis = frame.axes[0]
-            pushed = axis / max(abs((axis.conjugate() * along).imag), LEAST_SINE)
+            pushed = axis / max(abs((axis.conjugate() * along).imag), NEGLIGIBLE)
         by = frame.by[model.numbers.centres, model.first :]
         pulled = ((by.conj() * pushed).real * model.numbers.masses[:, None]).sum(axis=0)
         return self.size(np.asarray(np.linalg.solve(at.mass, pulled)))

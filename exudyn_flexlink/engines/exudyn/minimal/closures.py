@@ -44,6 +44,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import OnSingularity
 from exudyn_flexlink.mechanism import GROUND, Anchor, Gear, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import TreeLayout
+from exudyn_flexlink.rounding import NEGLIGIBLE, SUM_ROUNDING
 
 
 class Closures:
@@ -163,15 +164,8 @@ def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor, float]:
     return joint.first, joint.second, joint.direction if isinstance(joint, Slide) else 0.0
 
 
-RANK = 1e-9  # of the largest pivot: a smaller one counts as zero
-CLOSE = 1e-9  # of a step: instants so little before it are within
 FARTHEST = 2.0  # lengths of a step: so far beyond its end its polynomial predicts coordinates
 MOST_ITERATIONS = 12
-# Of the mechanism's size: after so small a change Newton's method, which is quadratic except right
-# at a dead centre, has converged.
-QUADRATIC = 1e-9
-OPEN = 1e-9  # m, or of the size for angles: redundant joints open by more contradict others
-LENGTH_ROUNDING = 1e-14  # of the mechanism's size: rounding of sums of lengths
 
 NOT_CLOSED = "the joints of a loop can't all stay closed"
 
@@ -192,7 +186,7 @@ def partition(jacobian: FloatArray, known: IndexArray) -> Partition:
     """
     upper, order = qr(jacobian, mode="r", pivoting=True)
     pivots = np.abs(np.diag(upper))
-    rank = int(np.sum(pivots > RANK * pivots[0]))
+    rank = int(np.sum(pivots > NEGLIGIBLE * pivots[0]))
     dependent = np.sort(order[:rank])
     rows = np.sort(qr(jacobian[:, dependent].T, mode="r", pivoting=True)[1][:rank])
     free = np.setdiff1d(np.arange(jacobian.shape[1]), [*dependent, *known])
@@ -227,7 +221,7 @@ class Placed(NamedTuple):
         method = collocation(len(self.t))
         h = max((self.t[-1] - self.t[0]) / (method.c[-1] - method.c[0]), EVENT_TIME)
         parts = 1 + (t - self.t[-1]) / h
-        if parts.min() < -CLOSE or parts.max() > 1 + FARTHEST:
+        if parts.min() < -NEGLIGIBLE or parts.max() > 1 + FARTHEST:
             return None
         weights = parts[:, None] ** method.degrees[:-1] @ method.by_stages
         reach = (weights @ reach.reshape(len(self.t), -1)).reshape(len(t), *reach.shape[1:])
@@ -273,7 +267,8 @@ class ClosureSolver:
                 raise DeadCentreError(NOT_CLOSED) from error
             # By free and known coordinates, and by how much the rows are open.
             solved = inverse @ slopes[:, :dependent, dependent:]
-            if size <= QUADRATIC * self._size or rounds == MOST_ITERATIONS:
+            # Newton's method, quadratic but right at a dead centre, has converged.
+            if size <= NEGLIGIBLE * self._size or rounds == MOST_ITERATIONS:
                 break
             change = solved[:, :, -1]
             moved = change * lengths
@@ -281,11 +276,11 @@ class ClosureSolver:
             if not size < 2 * before:
                 raise DeadCentreError(NOT_CLOSED)
             y[:, :dependent] -= change
-            if size <= LENGTH_ROUNDING * self._size:
+            if size <= SUM_ROUNDING * self._size:
                 break
         if self._redundant or rounds == MOST_ITERATIONS:
             open_by = np.abs(slopes[:, :, -1] * self._scale).max(initial=0.0)
-            if open_by > OPEN * max(1.0, self._size):
+            if open_by > NEGLIGIBLE * max(1.0, self._size):  # they contradict others
                 raise DeadCentreError(NOT_CLOSED)
         return Placed(t, z, y, f, np.asarray(inverse), -solved[:, :, :-1])
 
@@ -484,7 +479,7 @@ class ClosedCoordinates:
         speeds = joined(stages.v, stages.place_rates)
         off = np.abs(after - before - h * (weights @ speeds)) * self._present_scale
         # Near a dead centre rounding blurs dependent coordinates by this much.
-        blur = LENGTH_ROUNDING * self._size * float(self._gains.max())
+        blur = SUM_ROUNDING * self._size * float(self._gains.max())
         off[split.free] = 0.0
         slip = max(0.0, float(off.max(initial=0.0)) - blur)
         if slip > JUMPED * self._size:

@@ -28,6 +28,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     poses,
 )
 from exudyn_flexlink.engines.touching import Laws, rubbing
+from exudyn_flexlink.integrate.complementarity import SOLVED
 from exudyn_flexlink.integrate.problem import Pressing
 from exudyn_flexlink.laws import Impulse, PressingLaw, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import (
@@ -48,9 +49,8 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
-MOBILE = 1e-10  # of the largest mobility: gaps that move less only drives move
-AT_SEAM = 1e-9  # of a lap: there a pin begins the lap
 NEAR_END = 1e-4  # of the face: there the point is about to leave it
 
 
@@ -155,7 +155,7 @@ class LapFollower:
         curve = self._curve
         self._u = 0.5 * (curve.start + curve.end)
         u = self._place(seen)
-        if curve.end - u <= AT_SEAM * curve.period:
+        if curve.end - u <= NEGLIGIBLE * curve.period:
             u -= curve.period
         self._u = u
 
@@ -457,11 +457,9 @@ class TreeContacts:
     def touch_of(self, k: int, seen: Seen) -> Touch:
         """Where contact k is, of a single one that is seen."""
         gap, place, gap_rate, slip = map(float, seen)
-        return Touch(gap, place, gap_rate, slip, self._inside(k, place))
-
-    def _inside(self, k: int, place: float) -> float:
         length = float(self.length[k])
-        return inf if length == inf else min(place, length - place)
+        inside = inf if length == inf else min(place, length - place)
+        return Touch(gap, place, gap_rate, slip, inside)
 
     def _view(self, k: int, x: FloatArray, _: FloatArray) -> ComplexArray:
         """What is seen from the axes of contact k's curve, at coordinates (n, links)."""
@@ -550,6 +548,7 @@ class TreeContacts:
         """
         rows = self.group(tuple(touched)).look(moving)[1].across @ transform.matrix
         mobility = np.sum(rows * np.linalg.solve(mass, rows.T).T, axis=1)
-        free = mobility > MOBILE * mobility.max(initial=0.0)
+        # Gaps that move less only drives move.
+        free = mobility > SOLVED * mobility.max(initial=0.0)
         rows, mobility = rows[free], mobility[free]
         return np.asarray((rows.T / (mobility * swing**2)) @ rows)

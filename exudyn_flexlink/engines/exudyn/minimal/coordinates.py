@@ -25,6 +25,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import OnSingularity
 from exudyn_flexlink.mechanism import Mechanism
 from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, TreeLayout
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 
 def tree_item(
@@ -78,9 +79,6 @@ def _turned(angle: float) -> FloatArray:
     """Rotation (3, 3) about z."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-LEAST_SINE = 1e-9  # between guide and track: there the guide is locked
 
 
 class TreeState(NamedTuple):
@@ -323,7 +321,8 @@ class OpenCoordinates(TreeCoordinates):
         if k < len(self._guides):
             guide = self._guides[k]
             sine = guide.sine(float(at.x[guide.guided.turning]), float(at.places[k]))
-            moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), LEAST_SINE)
+            # A guide along the track is locked there: no number, however large, is right.
+            moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), NEGLIGIBLE)
         else:
             moved[self._rides[k - len(self._guides)]] = np.eye(2)
         return moved

@@ -1,13 +1,13 @@
-"""Forces of a tree that follow from its equations: friction in joints, rigid contacts, impacts.
+"""Dry friction in the joints of a tree.
 
-Dry friction in a joint brakes it while it slides, and holds it while it rests. With z the
+It brakes a joint while that slides, and holds it while it rests. With z the
 independent coordinates, v = g z' the speed at which a joint turns or slides, and b the bound of its
 friction,
 
     M z'' = f + sum(g^T T),      v > 0: T = -b,   v < 0: T = b,   v = 0: -b <= T <= b.
 
 A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with errors dying out (see
-`BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
+`rigid.BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
 zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
 sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988).
 Where more joints rest than there are freedoms between them, as in a loop, their T are those that
@@ -17,32 +17,12 @@ Pfeiffer and Ch. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1
 
 By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
 There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
-
-Rigid contacts that last have reactions, and friction in proportion to these. With g the gaps and G
-their gradients by the independent coordinates, which accelerate by z'',
-
-    M z'' = f + (G - mu tanh(s/s_0) T)^T r,      G z'' + c = -2 BAUMGARTE g' - BAUMGARTE^2 g
-
-for the reactions r (N); c is the part of g'' that does not depend on z''. The right side lets
-errors of gaps die out (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1 (1972) 1). Friction is that
-of `laws.Friction`, regularised, with s the slip and T its gradient.
-
-In the impact of one contact with Coulomb's friction both impulses grow together until it is over.
-With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of the gap follow
-
-    u = u_a + k_t P_t + k_tn P_n,      w = w_a + k_n P_n + k_tn P_t
-
-as P_n grows (E. J. Routh, *Dynamics of a System of Rigid Bodies*, part 1, 1897; Y. Wang and
-M. T. Mason, J. Appl. Mech. 59 (1992) 635). While it slides dP_t = -mu sgn(u) dP_n; where u comes to
-zero it sticks if friction is enough, and else slides back. The gap closes until w = 0, at P_c, and
-the touch is over at (1 + e) P_c: this is Poisson's restitution, which never adds energy. With
-k_tn = 0, as of a round body, it is the same as Newton's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from math import copysign, inf
+from collections.abc import Iterator
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -51,288 +31,15 @@ from scipy.sparse.csgraph import connected_components
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
-from exudyn_flexlink.engines.exudyn.minimal.contacts import TreeContacts
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeCoordinates, TreeState
-from exudyn_flexlink.engines.touching import Touches
-from exudyn_flexlink.integrate.complementarity import RANK, least_inverse
+from exudyn_flexlink.engines.exudyn.minimal.rigid import BAUMGARTE, RigidContacts, scaled_inverse
+from exudyn_flexlink.integrate.complementarity import SOLVED
 from exudyn_flexlink.integrate.problem import Evaluation
-from exudyn_flexlink.laws import Friction, Impulse
 from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.raising import Sendable
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, UNIT_ROUNDING
 
-# Of sqrt(k_t k_n): a smaller k_tn is rounding. Of k_n: so is a smaller change of the gap's rate.
-OPENED_BY_ROUNDING = 1e-9
-
-
-class Meeting(NamedTuple):
-    """Inverse masses k_t, k_n, k_tn (1/kg), slip u_a and rate w_a of the gap before (m/s).
-
-    `contact` is its name.
-    """
-
-    along: float
-    across: float
-    both: float
-    slip: float
-    rate: float
-    contact: str = ""
-
-    @property
-    def is_round(self) -> bool:
-        """Tell whether neither impulse changes the speed that the other does."""
-        return self.both**2 <= OPENED_BY_ROUNDING**2 * self.along * self.across
-
-
-class JammedError(Sendable, ArithmeticError):
-    """Friction presses a contact together by more than its force opens it: no solution exists."""
-
-    advice = "a smaller 'friction', or a law with stiffness"
-
-    def __init__(self, contact: str) -> None:
-        """Take the name of the contact."""
-        why = "its force would press the bodies together by more than it parts them"
-        super().__init__(f"friction jams the contact '{contact}': {why}")
-
-
-def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, float]:
-    """Return P_n and P_t (N s) of an impact with a coefficient of friction and a restitution.
-
-    Raises:
-        JammedError: no impulse, however large, ends the approach.
-
-    """
-    both = 0.0 if at.is_round else at.both
-    slides, then = _ways(at, both, friction)
-    turning = both + at.along * slides
-    stops = -at.slip / turning if at.slip * turning < 0 else 0.0 if at.slip == 0 else inf
-    closing = at.across + both * slides
-    squeezed = -at.rate / closing if closing > OPENED_BY_ROUNDING * at.across else inf
-    if squeezed > stops:
-        left, closing = at.rate + closing * stops, at.across + both * then
-        squeezed = stops - left / closing if closing > OPENED_BY_ROUNDING * at.across else inf
-    if squeezed == inf:
-        raise JammedError(at.contact)
-    pressed = (1 + restitution) * squeezed
-    slid = min(pressed, stops)
-    return pressed, slides * slid + then * (pressed - slid)
-
-
-def _ways(at: Meeting, both: float, friction: float) -> tuple[float, float]:
-    """Return dP_t/dP_n at first, and once the slip has come to zero."""
-    sticks = at.along > 0 and abs(both) <= friction * at.along
-    # Where nothing can move along the face friction has no effect; at rest it needs no force.
-    then = -both / at.along if sticks else -copysign(friction, both) if both else 0.0
-    return (-copysign(friction, at.slip) if at.slip else then), then
-
-
-def turned_back(at: Meeting, friction: float, pressed: float, returns: float) -> float:
-    """Return P_t (N s) of a round body, where the part `returns` of the slip comes back."""
-    if at.along == 0:
-        return 0.0
-    bound = friction * pressed
-    return max(-bound, min(bound, -(1 + returns) * at.slip / at.along))
-
-
-# 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared.
-BAUMGARTE = 1e2
-
-
-class Gaps(NamedTuple):
-    """Gaps of some contacts at one instant, or at several: then with one axis more, the first.
-
-    `rows` (c, links) are gradients by all coordinates, `free` (c, independent) by the independent
-    ones; `bend` (c,), m/s^2, are second derivatives where those do not accelerate. `touching`
-    (c, 2) are gaps and rates; `slides` (c, links) are gradients of the sliding distances, 0 without
-    friction, and `slip` (c,) their rates (m/s).
-    """
-
-    rows: FloatArray
-    free: FloatArray
-    bend: FloatArray
-    touching: FloatArray
-    slides: FloatArray
-    slip: FloatArray
-
-    @property
-    def speeds(self) -> FloatArray:
-        """Rates of the gaps, then of the sliding distances (2c,), m/s, at one instant."""
-        return np.concatenate([self.touching[:, 1], self.slip])
-
-    def pick(self, which: int) -> Gaps:
-        """Return the gaps at one of several instants."""
-        return Gaps._make(column[which] for column in self)
-
-
-def mobility(gaps: Gaps, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Accelerations (..., independent, c), and of gaps (..., c, c), by 1 N in each contact."""
-    arms = np.asarray(np.linalg.solve(mass, np.swapaxes(gaps.free, -1, -2)), dtype=np.float64)
-    return arms, gaps.free @ arms
-
-
-class Projector(NamedTuple):
-    """``1 - G^T W G M^-1`` of forces past closed gaps, and ``G^T W G``, ``W = (G M^-1 G^T)^-1``."""
-
-    free: FloatArray  # (independent, independent)
-    closed: FloatArray
-
-    @classmethod
-    def past(cls, mass: FloatArray, rows: FloatArray, pushed: FloatArray) -> Projector:
-        """Projector past ``rows z'' = 0``, which forces `pushed` hold (both k, independent)."""
-        arms = np.linalg.solve(mass, rows.T)
-        back = pushed.T @ scaled_inverse((pushed @ arms).T, even=pushed is rows)
-        return cls(np.eye(len(mass)) - back @ arms.T, back @ rows)
-
-    def slopes(self, stiffness: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix with the reactions in them."""
-        of_gaps, of_rates = BAUMGARTE * BAUMGARTE * self.closed, 2 * BAUMGARTE * self.closed
-        return self.free @ stiffness + of_gaps, self.free @ damping + of_rates
-
-
-class Holding(NamedTuple):
-    """Closed gaps at instants (n,), and how contacts (c,) hold them against forces.
-
-    By 1 N contacts push all coordinates by `pushed` (n, c, links), independent ones by
-    `pushed_free`. The reactions to forces (n, independent) are ``-inverse moved f``.
-    """
-
-    gaps: Gaps
-    pushed: FloatArray
-    pushed_free: FloatArray
-    inverse: FloatArray
-    moved: FloatArray
-
-    def reactions(self, forces: FloatArray) -> FloatArray:
-        """Reactions (n, k, c), N, to some forces (n, k, independent)."""
-        return np.asarray(-forces @ np.swapaxes(self.inverse @ self.moved, -1, -2))
-
-
-class RigidContact(NamedTuple):
-    """A contact by impulse: speeds jump as it closes, and pushing leaves no gap."""
-
-    name: str
-    restitution: float
-    tangential: float
-    friction: Friction | None
-
-
-class RigidContacts:
-    """The rigid contacts of a model, by their numbers."""
-
-    def __init__(self, contacts: TreeContacts, touches: Touches) -> None:
-        self._touches, self._contacts = touches, contacts
-        self.all = {
-            k: RigidContact(
-                contact.name, contact.law.restitution, contact.law.tangential, contact.friction
-            )
-            for k, contact in enumerate(contacts.all)
-            if isinstance(contact.law, Impulse)
-        }
-
-    def closed(self) -> list[int]:
-        """Numbers of the rigid contacts that press."""
-        return [k for k in self.all if self._touches.pressed[k]]
-
-    def gaps(self, which: Sequence[int], state: TreeState) -> Gaps:
-        """Gaps at instants (n,)."""
-        contacts = self._contacts.group(tuple(which))
-        moving = self._contacts.kinematics.moving(state.x, state.v)
-        look, (rows, slides) = contacts.look(moving)
-        bend = contacts.gap_bends(moving, look) + (rows @ state.b[:, :, None])[:, :, 0]
-        touching = np.stack([look.gap, look.gap_rate], axis=-1)
-        return Gaps(rows, rows @ state.transform.matrix, bend, touching, slides, look.slip)
-
-    def rubbed(self, which: Sequence[int], slip: FloatArray) -> FloatArray:
-        """Friction (..., c) of some contacts that press by 1 N, by their slip (..., c), m/s."""
-        rubbing = np.zeros(slip.shape)
-        for c, k in enumerate(which):
-            rub = self.all[k].friction
-            if rub is not None:
-                rubbing[..., c] = rub.force(1.0, slip[..., c])
-        return rubbing
-
-    def pushing(
-        self, which: Sequence[int], gaps: Gaps, state: TreeState
-    ) -> tuple[FloatArray, FloatArray]:
-        """Forces of contacts that press by 1 N: on all coordinates, and on the independent ones."""
-        if all(self.all[k].friction is None for k in which):
-            return gaps.rows, gaps.free
-        rows = gaps.rows + self.rubbed(which, gaps.slip)[..., None] * gaps.slides
-        return rows, rows @ state.transform.matrix
-
-    def holding(self, at: Evaluation) -> Holding:
-        """Return what the contacts that last do, at instants (n,)."""
-        which, state = self.closed(), at.kept.state
-        gaps = self.gaps(which, state)
-        arms = mobility(gaps, at.mass)[0]
-        pushed, pushed_free = self.pushing(which, gaps, state)
-        inverse = self._inverse(which, gaps, arms, pushed_free)
-        return Holding(gaps, pushed, pushed_free, inverse, np.swapaxes(arms, -1, -2))
-
-    def with_reactions(self, at: Evaluation, holding: Holding | None = None) -> Evaluation:
-        """Return evaluations at instants (n,) with the reactions of the contacts that last."""
-        which, kept = self.closed(), at.kept
-        gaps, pushed, pushed_free, inverse, moved = holding or self.holding(at)
-        gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
-        wanted = -gaps.bend - 2 * BAUMGARTE * rate - BAUMGARTE * BAUMGARTE * gap
-        wanted -= (moved @ at.force[..., None])[..., 0]
-        press = (inverse @ wanted[..., None])[..., 0]
-        power = -press * rate - press * self.rubbed(which, gaps.slip) * gaps.slip
-        kept.pushes[:, which] = np.stack([press, power], axis=-1)
-        force = kept.force + (press[:, None] @ pushed)[:, 0]
-        free = at.force + (press[:, None] @ pushed_free)[:, 0]
-        return at._replace(force=free, kept=kept._replace(force=force))
-
-    def opened(
-        self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
-    ) -> FloatArray:
-        """Accelerations (..., c, c) of gaps by 1 N in each contact: see `pushing`.
-
-        Raises:
-            JammedError: friction presses a contact together by more than its force opens it.
-
-        """
-        if pushed is gaps.free:
-            return np.asarray(gaps.free @ arms)
-        moved = np.asarray(np.swapaxes(pushed @ arms, -1, -2))
-        for c, k in enumerate(which):
-            if moved[..., c, c].min() <= 0:
-                raise JammedError(self.all[k].name)
-        return moved
-
-    def _inverse(
-        self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
-    ) -> FloatArray:
-        moved, smooth = self.opened(which, gaps, arms, pushed), pushed is gaps.free
-        return least_inverse(moved, even=smooth)
-
-    def slopes(self, at: Evaluation) -> FloatArray | float:
-        """Damping (independent, independent) by friction of contacts that last, at one state."""
-        which = [k for k in self.closed() if self.all[k].friction is not None]
-        if not which:
-            return 0.0
-        state: TreeState = at.kept.state
-        gaps = self.gaps(which, state.pick(None)).pick(0)
-        slid = state.transform.reduced_rows(gaps.slides)
-        rubs = [
-            (friction.coefficient, friction.slip_speed)
-            for k in which
-            if (friction := self.all[k].friction)
-        ]
-        coefficient, slip_speed = np.array(rubs).T
-        steep = coefficient**2 - self.rubbed(which, gaps.slip) ** 2
-        steep *= at.kept.pushes[which, 0] / (coefficient * slip_speed)
-        return np.asarray((slid.T * steep) @ slid)
-
-    def held(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Gradients (c, independent) of the gaps that stay closed, and what presses there."""
-        which, state = self.closed(), at.kept.state
-        gaps = self.gaps(which, state.pick(None)).pick(0)
-        return gaps.free, self.pushing(which, gaps, state)[1]
-
-
-SOLVED = 1e-15  # of a sum of squares: a search that gains less is over
-COUPLED = 1e-9  # of joints that move each other: less is rounding
 LEAST_BOUND = 1e-30  # N m or N: bound of a joint without any force in it
 
 
@@ -349,26 +56,14 @@ def within_bounds(
         return np.zeros(0)
     scale = 1 / np.sqrt(np.diag(mobility))
     values, ways = np.linalg.eigh(mobility * scale[:, None] * scale)
-    moves = values > RANK * values.max()
+    moves = values > SOLVED * values.max()
     root, ways = np.sqrt(values[moves]), ways[:, moves]
     low, high = bounds
     within = np.minimum(low, -LEAST_BOUND) / scale, np.maximum(high, LEAST_BOUND) / scale
     wanted = -(free * scale) @ ways / root
-    solved = lsq_linear((ways * root).T, wanted, within, "bvls", tol=SOLVED)
+    solved = lsq_linear((ways * root).T, wanted, within, "bvls", tol=UNIT_ROUNDING)
     choices = [solved.active_mask < 0, solved.active_mask > 0]
     return np.select(choices, [low, high], solved.x * scale)
-
-
-def scaled_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
-    """Inverse of mobilities (..., c, c), the least one if joints depend; 0 for what can't move.
-
-    `even` tells that they are symmetric.
-    """
-    diagonals = np.diagonal(mobility, axis1=-2, axis2=-1)
-    moves = diagonals > 0
-    scale = np.divide(1.0, np.sqrt(np.abs(diagonals)), where=moves, out=np.zeros(diagonals.shape))
-    both = scale[..., :, None] * scale[..., None, :]
-    return np.asarray(least_inverse(mobility * both, even=even) * both)
 
 
 def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
@@ -378,11 +73,11 @@ def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
         return
     scale = 1 / np.sqrt(np.diag(mobility)[held])
     coupled = mobility[np.ix_(held, held)] * scale[:, None] * scale
-    count, group_of = connected_components(np.abs(coupled) > COUPLED)
+    count, group_of = connected_components(np.abs(coupled) > NEGLIGIBLE)
     for group in range(count):
         block = np.flatnonzero(group_of == group)
         coupling = coupled[np.ix_(block, block)]
-        if np.linalg.matrix_rank(coupling, COUPLED, hermitian=True) < len(block):
+        if np.linalg.matrix_rank(coupling, NEGLIGIBLE, hermitian=True) < len(block):
             yield held[block]
 
 
@@ -395,7 +90,7 @@ def least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArr
     bound = np.maximum(bound, LEAST_BOUND)
     arms = g * bound[..., None]
     ways, sizes, _ = np.linalg.svd(arms, full_matrices=False)
-    if sizes.shape[1] < 2 or (sizes[:, 1] <= COUPLED * sizes[:, 0]).all():
+    if sizes.shape[1] < 2 or (sizes[:, 1] <= NEGLIGIBLE * sizes[:, 0]).all():
         by_motion = sizes[:, :1] * ways[..., 0]
         done = (by_motion * torque / bound).sum(axis=1) / np.abs(by_motion).sum(axis=1)
         return np.asarray(np.sign(by_motion) * done[:, None] * bound)
@@ -408,7 +103,7 @@ def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> Flo
 
     `ways` (block, motions) and `sizes` are of the singular value decomposition.
     """
-    arms = ways[:, sizes > COUPLED * sizes[0]].T
+    arms = ways[:, sizes > NEGLIGIBLE * sizes[0]].T
     count, whole = len(part), arms @ part
     within = np.hstack([np.vstack([np.eye(count), -np.eye(count)]), -np.ones((2 * count, 1))])
     held = np.hstack([arms, np.zeros((len(arms), 1))])
@@ -420,9 +115,7 @@ def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> Flo
 
 STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
 HELD_STILL = 1e-5  # likewise, of a joint that is held: more than the error of steps there
-NO_ACCELERATION = 1e-9  # of the sizes of the parts that an acceleration sums up: less is zero
 AT_BOUND = 1e-6  # of a bound: a joint so near to it slides as soon as another reaches its own
-DRIVEN = 1e-12  # of the largest entry of a joint's row: smaller entries are rounding
 MOST_ROUNDS, SEARCH_ROUNDING = 100, 1e-13  # of the iteration for friction and forces in joints
 FEW_ROUNDS = 8  # likewise, where each round adds some digits
 
@@ -497,7 +190,7 @@ class Answer(NamedTuple):
             return np.asarray(freely)
         back = np.linalg.solve(mass, self.held.T)
         carried = freely - rows @ back @ scaled_inverse(self.held @ back) @ (pushed @ back).T
-        moves = np.diag(carried) > COUPLED * np.diag(freely)
+        moves = np.diag(carried) > NEGLIGIBLE * np.diag(freely)
         return np.asarray(carried if moves.all() else freely)
 
 
@@ -552,7 +245,7 @@ class JointFrictions:
         """Return g (..., joints, independent), exactly 0 for joints that a drive prescribes."""
         free = self.rows @ state.transform.matrix
         largest = np.abs(self.rows).max(axis=1, initial=0.0)[:, None]
-        return np.asarray(np.where(np.abs(free) > DRIVEN * largest, free, 0.0))
+        return np.asarray(np.where(np.abs(free) > ROUNDING * largest, free, 0.0))
 
     def _look(self, at: Evaluation) -> _Known:
         """Look at states (n,) without friction, but with contacts that hold closed gaps.
@@ -570,7 +263,7 @@ class JointFrictions:
             at = self._rigid.with_reactions(at, holding)
             kept = at.kept
             push, rows = free + answers @ holding.pushed_free, rows + answers @ holding.pushed
-            moves = np.abs(push).max(axis=2) > COUPLED * np.abs(free).max(axis=2)
+            moves = np.abs(push).max(axis=2) > NEGLIGIBLE * np.abs(free).max(axis=2)
             free, push, rows = (moves[..., None] * column for column in (free, push, rows))
         forces = np.concatenate([at.force[:, None], push], axis=1)
         moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
@@ -747,7 +440,7 @@ class JointFrictions:
         driven = self.driven(at.kept.state.pick(0))
         by_drives = at.kept.state.b[0]
         given = self.rows @ by_drives
-        pushed = np.abs(given) > NO_ACCELERATION * np.abs(by_drives).max()
+        pushed = np.abs(given) > NEGLIGIBLE * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
         if self._rigid.closed():
             carried = self._carried(at) * ~known.free[0].any(axis=-1) * ~driven
@@ -770,7 +463,7 @@ class JointFrictions:
                 break
         parts = known.mobility[0] * torque[0]
         left = known.away[0] + parts.sum(axis=1)
-        moves = np.abs(left) > NO_ACCELERATION * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
+        moves = np.abs(left) > NEGLIGIBLE * (np.abs(known.away[0]) + np.abs(parts).sum(axis=1))
         least, greatest = self.bounds(bound[0], joints)
         slide = moves & ((torque[0] <= least) | (torque[0] >= greatest))
         way[resting] = np.where(slide, np.sign(left), 0.0)[resting]
@@ -786,7 +479,7 @@ class JointFrictions:
         by_forces = state.transform.matrix @ np.linalg.solve(moved.mass[0], moved.force[0])
         given = self.rows @ (state.b + by_forces)
         sizes = np.abs(self.rows) @ (np.abs(state.b) + np.abs(by_forces))
-        return np.where(np.abs(given) > NO_ACCELERATION * sizes, np.sign(given), 0.0)
+        return np.where(np.abs(given) > NEGLIGIBLE * sizes, np.sign(given), 0.0)
 
     def slide(self, k: int, friction: FloatArray, v: FloatArray) -> None:
         """Let joint k slide, and all that are at their bounds, by T and bounds (joints, 2 or more).

@@ -11,13 +11,24 @@ Contacts*, Wiley 1996, ch. 8). The kinetic energy changes by ``p (g'_a + g'_s)/2
 what drives do that keep their speeds. Bounces get shorter and shorter; where the next one would be
 too low to be seen, the contact lasts: which of those at rest press follows likewise from their
 accelerations.
+
+In the impact of one contact with Coulomb's friction both impulses grow together until it is over.
+With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of the gap follow
+
+    u = u_a + k_t P_t + k_tn P_n,      w = w_a + k_n P_n + k_tn P_t
+
+as P_n grows (E. J. Routh, *Dynamics of a System of Rigid Bodies*, part 1, 1897; Y. Wang and
+M. T. Mason, J. Appl. Mech. 59 (1992) 635). While it slides dP_t = -mu sgn(u) dP_n; where u comes to
+zero it sticks if friction is enough, and else slides back. The gap closes until w = 0, at P_c, and
+the touch is over at (1 + e) P_c: this is Poisson's restitution, which never adds energy. With
+k_tn = 0, as of a round body, it is the same as Newton's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
+from math import copysign, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -30,18 +41,13 @@ from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder
 from exudyn_flexlink.engines.exudyn.minimal.friction import (
     MOST_ROUNDS,
     SEARCH_ROUNDING,
-    Gaps,
     JointFrictions,
     LockedError,
-    Meeting,
-    RigidContact,
-    impulses,
-    mobility,
-    turned_back,
     within_bounds,
 )
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
+from exudyn_flexlink.engines.exudyn.minimal.rigid import Gaps, JammedError, RigidContact, mobility
 from exudyn_flexlink.engines.touching import Change, Moment
 from exudyn_flexlink.integrate.complementarity import (
     RubbingImpact,
@@ -52,24 +58,80 @@ from exudyn_flexlink.integrate.complementarity import (
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
+from exudyn_flexlink.rounding import LEAST_LENGTH, NEGLIGIBLE, TINY
 
-CLOSED_GAP = 1e-15  # m: a gap so small is closed, by rounding
 SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
 # m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
 # what a gap is off by, and nobody sees that.
 INVISIBLE_SPEED = 1e-4
-# Of the sizes of the parts that a gap's acceleration sums up: below this, treated as zero.
-NO_ACCELERATION = 1e-9
-# Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
-NOTHING_PASSED_ON = 1e-6
-TINY = float(np.finfo(float).tiny)
+# Of an impact's largest impulse, and of how far it moves a gap: less is not passed on. Of a rigid
+# contact's largest reaction in the last step: one that is so little below zero pulls nothing.
+WEAK_PUSH = 1e-6
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 
 
+class Meeting(NamedTuple):
+    """Inverse masses k_t, k_n, k_tn (1/kg), slip u_a and rate w_a of the gap before (m/s).
+
+    `contact` is its name.
+    """
+
+    along: float
+    across: float
+    both: float
+    slip: float
+    rate: float
+    contact: str = ""
+
+    @property
+    def is_round(self) -> bool:
+        """Tell whether neither impulse changes the speed that the other does."""
+        return self.both**2 <= NEGLIGIBLE**2 * self.along * self.across
+
+
+def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, float]:
+    """Return P_n and P_t (N s) of an impact with a coefficient of friction and a restitution.
+
+    Raises:
+        JammedError: no impulse, however large, ends the approach.
+
+    """
+    both = 0.0 if at.is_round else at.both
+    slides, then = _ways(at, both, friction)
+    turning = both + at.along * slides
+    stops = -at.slip / turning if at.slip * turning < 0 else 0.0 if at.slip == 0 else inf
+    closing = at.across + both * slides
+    squeezed = -at.rate / closing if closing > NEGLIGIBLE * at.across else inf
+    if squeezed > stops:
+        left, closing = at.rate + closing * stops, at.across + both * then
+        squeezed = stops - left / closing if closing > NEGLIGIBLE * at.across else inf
+    if squeezed == inf:
+        raise JammedError(at.contact)
+    pressed = (1 + restitution) * squeezed
+    slid = min(pressed, stops)
+    return pressed, slides * slid + then * (pressed - slid)
+
+
+def _ways(at: Meeting, both: float, friction: float) -> tuple[float, float]:
+    """Return dP_t/dP_n at first, and once the slip has come to zero."""
+    sticks = at.along > 0 and abs(both) <= friction * at.along
+    # Where nothing can move along the face friction has no effect; at rest it needs no force.
+    then = -both / at.along if sticks else -copysign(friction, both) if both else 0.0
+    return (-copysign(friction, at.slip) if at.slip else then), then
+
+
+def turned_back(at: Meeting, friction: float, pressed: float, returns: float) -> float:
+    """Return P_t (N s) of a round body, where the part `returns` of the slip comes back."""
+    if at.along == 0:
+        return 0.0
+    bound = friction * pressed
+    return max(-bound, min(bound, -(1 + returns) * at.slip / at.along))
+
+
 def meets(touch: Touch, time: float) -> bool:
     """Tell whether a gap is closed at a time (s), as exactly as instants are known."""
-    return abs(touch.gap) <= CLOSED_GAP + SAME_INSTANT * instant(time, EVENT_TIME) * abs(
+    return abs(touch.gap) <= LEAST_LENGTH + SAME_INSTANT * instant(time, EVENT_TIME) * abs(
         touch.gap_rate
     )
 
@@ -180,7 +242,7 @@ def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArra
     arms = np.linalg.solve(mass, both.T)
     sizes = np.sqrt(np.einsum("kn,nk->k", both, arms))
     moved = np.abs(others @ arms[:, : len(rows)])
-    least = NOTHING_PASSED_ON * sizes[len(rows) :, None] * sizes[: len(rows)]
+    least = WEAK_PUSH * sizes[len(rows) :, None] * sizes[: len(rows)]
     return np.asarray((moved > least).any(axis=1))
 
 
@@ -337,7 +399,7 @@ def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
     """
     rough = [c for c, law in enumerate(laws) if law.friction is not None]
     sizes = np.sqrt(np.einsum("icic->ic", moved))
-    felt = (np.abs(moved) > NOTHING_PASSED_ON * sizes[..., None, None] * sizes).any((0, 2))
+    felt = (np.abs(moved) > WEAK_PUSH * sizes[..., None, None] * sizes).any((0, 2))
     return any(np.count_nonzero(felt[c]) > 1 for c in rough)
 
 
@@ -411,9 +473,9 @@ class Impacts:
             laws = [self._contacts[k] for k in which]
             jump = jump_of(at, gaps, restitution, laws, self.model.frictions)
             self._jump(time, jump, which, over)
-            hit = np.flatnonzero(jump.impulse > NOTHING_PASSED_ON * jump.impulse.max())
+            hit = np.flatnonzero(jump.impulse > WEAK_PUSH * jump.impulse.max())
             moved = np.abs(mobility(gaps, at.mass)[1][np.ix_(hit, hit)])
-            if restitution[hit].any() and np.triu(moved, 1).max() > NOTHING_PASSED_ON * moved.max():
+            if restitution[hit].any() and np.triu(moved, 1).max() > WEAK_PUSH * moved.max():
                 self.together.append((time, [self._bounces[which[c]].name for c in hit]))
         # The next bounce of one that was struck as it went away is lower than gaps are known to.
         slow = {k: INVISIBLE_SPEED if k == struck else REST_SPEED for k in which}
@@ -489,7 +551,7 @@ class Impacts:
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
         soonest = free[:count] if soon is None else np.minimum(free[:count], soon)
         answered = moved[:count] @ (acting - np.append(np.zeros(count), known))
-        still = soonest + answered <= NO_ACCELERATION * parts
+        still = soonest + answered <= NEGLIGIBLE * parts
         pressed = (press > 0) | (still & (np.array(resting) == struck))
         for k, pressing in zip(resting, pressed.tolist(), strict=True):
             if pressing and not self.finder.presses(k):

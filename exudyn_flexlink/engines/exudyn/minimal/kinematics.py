@@ -31,9 +31,14 @@ import numpy as np
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
 from exudyn_flexlink.curves import Evaluator, Knots, evaluator
 from exudyn_flexlink.curves import Places as CurvePlaces
-from exudyn_flexlink.engines.track_follower import DeadCentreError, TrackFollower
-from exudyn_flexlink.mechanism import Anchor, Assembly, Poses, Slot
-from exudyn_flexlink.mechanism.constraints import ROOT
+from exudyn_flexlink.engines.track_follower import (
+    LEAST_PART,
+    NEWTON_STEPS,
+    QUADRATIC,
+    DeadCentreError,
+    TrackFollower,
+)
+from exudyn_flexlink.mechanism import GROUND, Anchor, Assembly, Poses, Slot
 from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, GuidedSlot, TreeLayout
 from exudyn_flexlink.result import Event
 
@@ -289,7 +294,7 @@ def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArra
         if not link.parts:
             continue
         pose[i], rate[i] = _link_state(layout, link.parts[0], q, v)
-        if above != ROOT and not (layout.links[above].parts or layout.links[above].held):
+        if above != GROUND and not (layout.links[above].parts or layout.links[above].held):
             # A free group: its two slides are its place, from which its own frame is turned only.
             for column, at in ((x, pose[i]), (speed, rate[i])):
                 column[i - 2 : i + 1] = at[0].real, at[0].imag, at[1].real
@@ -351,14 +356,10 @@ class TrackPoint(TrackFollower):
         return went
 
 
-NEWTON_STEPS = 40
-QUADRATIC = 1e-8  # of the parameter
-
 Axis = tuple[float, float]  # cosine and sine of the guide's angle
 
 AT_DEAD_CENTRE = "the guide's axis touches the track"
-LEAST_PART = 1e-6  # of the way that the guide turned since the last step
-GRAZING = 1e-3  # of that sine: where no step is short enough, this is why
+GRAZING = 1e-3  # sine of guide and track: where no step is short enough, this is why
 
 
 class SlotGuide(TrackPoint):

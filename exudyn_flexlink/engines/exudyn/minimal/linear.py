@@ -23,19 +23,18 @@ from exudyn_flexlink.engines.track_follower import DeadCentreError
 from exudyn_flexlink.linear import LinearModel, NotLinearError
 from exudyn_flexlink.mechanism import Assembly, FaceContact
 from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, tree_layout
+from exudyn_flexlink.rounding import PLACE_ROUNDING, ROUNDING
 from exudyn_flexlink.scene import Scene
 
 LARGEST = 0.01  # of the mechanism's size: how far differences move anything
 LEAST_MOVED = 0.1  # of what the coordinate that moves most moves: others count as much
 OF_DEPTH = 0.2  # of a contact's depth: differences change it by less
-LEAST_DEPTH = 1e-12  # m or rad: a contact that is less deep begins or ends
 # Of a central difference of order 8 (B. Fornberg, Math. Comput. 51 (1988) 699, table 1).
 NODES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 FINER, MOST_STEPS = 0.25, 7  # of each step: the next one
-ROUNDING = 2e-14  # of the forces that the first differences make: smaller changes are rounding
+LEAST_CHANGE = 2e-14  # of the forces that the first differences make: smaller changes are rounding
 AGREE = 1e-10  # of an entry: no shorter step is taken where two agree so well
-ENOUGH = 1e-12  # of those forces: likewise
 AT_ONCE = 4_000_000  # entries of mass matrices that are evaluated together
 SLIDES = 5.0  # times the slip at which friction acts in full but for 1e-4: a slower contact is held
 
@@ -135,7 +134,7 @@ def _refuse(model: MinimalModel, at: TreeForces) -> None:
         friction = contact.friction
         if friction is not None and abs(slip) < SLIDES * friction.slip_speed:
             raise NotLinearError(f"friction of '{contact.name}' holds it")
-        if depth < LEAST_DEPTH:
+        if depth < PLACE_ROUNDING:
             why = "begins or ends to press then: take another instant"
             raise NotLinearError(f"'{contact.name}' {why}")
 
@@ -173,11 +172,11 @@ def _slopes(
         moved = (h * NODES[:, None, None] * ways).reshape(-1, 2, count)
         slopes = np.tensordot(WEIGHTS / h, of(moved).reshape(len(NODES), -1, count), 1) / forces
         if larger is not None:
-            apart = np.maximum(np.abs(slopes - larger), ROUNDING)
+            apart = np.maximum(np.abs(slopes - larger), LEAST_CHANGE)
             better = apart < error
             best = np.where(better, slopes, best)
             error = np.where(better, apart, error)
-            if (error <= np.maximum(AGREE * np.abs(best), ENOUGH)).all():
+            if (error <= np.maximum(AGREE * np.abs(best), ROUNDING)).all():
                 break
         larger = slopes
     best = np.where(np.abs(best) > error, best, 0.0)

@@ -41,8 +41,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.prescribed import Formula, PlaceTable
 from exudyn_flexlink.mechanism.tree import TreeLayout
-
-MEETING = 1e-300  # m: where both ends meet there is no direction, no derivative, and no force
+from exudyn_flexlink.rounding import TINY
 
 
 class Stretched(NamedTuple):
@@ -78,7 +77,7 @@ class Stretches:
         between = self.second.places(at) - self.first.places(at)
         moved = self._kinematics.moves(at, self.second) - self._kinematics.moves(at, self.first)
         size = np.abs(between)
-        along = between / np.maximum(size, MEETING)
+        along = between / np.maximum(size, TINY)
         if self.slides.any():
             line = at.axis.take(self.first.links, axis=-1) * self._line
             along = np.where(self.slides, line, along)

@@ -24,13 +24,7 @@ from exudyn_flexlink.engines.exudyn.minimal.coordinates import (
     TreeState,
     tree_item,
 )
-from exudyn_flexlink.engines.exudyn.minimal.friction import (
-    JammedError,
-    JointFrictions,
-    LockedError,
-    Projector,
-    RigidContacts,
-)
+from exudyn_flexlink.engines.exudyn.minimal.friction import JointFrictions, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     LinkKinematics,
     Points,
@@ -43,6 +37,7 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     start_coordinates,
 )
 from exudyn_flexlink.engines.exudyn.minimal.loads import Loads, Springs
+from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError, Projector, RigidContacts
 from exudyn_flexlink.engines.finer import seeded
 from exudyn_flexlink.engines.touching import Touches, press_by
 from exudyn_flexlink.expressions import NoValueError

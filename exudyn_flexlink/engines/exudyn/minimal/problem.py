@@ -20,17 +20,14 @@ from exudyn_flexlink.engines.diagnostics import (
 )
 from exudyn_flexlink.engines.exudyn.minimal.contacts import LapFollower, TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
-from exudyn_flexlink.engines.exudyn.minimal.events import (
-    EventFinder,
-    Followed,
-    Goal,
-    Overlooked,
-)
-from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError, LockedError
-from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
+from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder, Followed, Goal
+from exudyn_flexlink.engines.exudyn.minimal.formulas import Overlooked
+from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
+from exudyn_flexlink.engines.exudyn.minimal.impacts import WEAK_PUSH, Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
+from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError
 from exudyn_flexlink.engines.exudyn.minimal.until import UntilWatch
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.pair_events import TurnsGuard
@@ -44,8 +41,6 @@ from exudyn_flexlink.mechanism import pressed_among
 # rad per step of every link, be it as evenly as it may: what turns evenly makes no error that would
 # limit a step, and the polynomials on which extremes are looked for are off by 1e-12 of a radius.
 LARGEST_TURN = 1.0
-# Of a rigid contact's largest reaction in the last step: one that is so little below zero is zero.
-PULLS = 1e-6
 GIVE_WAY = "a law with stiffness"
 NO_PIECE = "end the run before two neighbours of the rope meet, or keep them apart by a stop"
 NO_HELD_SPEED = ", or a torque in place of a drive that holds a speed"
@@ -176,7 +171,7 @@ class MinimalProblem:
         if self._pushes is None or not closed:
             return None
         pressed = self._pushes[:, closed, 0].max(axis=0)
-        pulls = np.where(pressed > 0, at.kept.pushes[closed, 0] + PULLS * pressed, 0.0)
+        pulls = np.where(pressed > 0, at.kept.pushes[closed, 0] + WEAK_PUSH * pressed, 0.0)
         return closed[int(pulls.argmin())] if pulls.min() < 0 else None
 
     def position_per_speed_error(self, at: Evaluation) -> FloatArray:

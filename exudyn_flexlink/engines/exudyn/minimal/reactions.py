@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
-from exudyn_flexlink.engines.exudyn.minimal.closures import RANK, ClosedCoordinates
+from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import Motions, Points, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import Leaps, TreeKept
@@ -36,6 +36,7 @@ from exudyn_flexlink.mechanism import (
     without_teeth,
 )
 from exudyn_flexlink.mechanism.tree import GuidedSlot, hanging_on
+from exudyn_flexlink.rounding import NEGLIGIBLE
 
 
 @dataclass
@@ -152,7 +153,7 @@ def _multipliers(
     whole = np.zeros(turned.shape[:2])
     whole[:, :links] = forces
     unknown = np.setdiff1d(np.arange(turned.shape[1]), known)
-    inverse = np.linalg.pinv(turned[:, unknown], rcond=RANK)
+    inverse = np.linalg.pinv(turned[:, unknown], rcond=NEGLIGIBLE)
     multipliers = (inverse @ whole[:, unknown, None])[:, :, 0]
     rest = whole - (turned @ multipliers[:, :, None])[:, :, 0]
     return np.asarray(multipliers), np.asarray(rest[:, :links])

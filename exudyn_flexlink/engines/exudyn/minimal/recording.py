@@ -18,7 +18,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import joined, motions
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel, TreeForces
-from exudyn_flexlink.engines.recording import AT_ONCE, BlockRecorder, Kept, Steps, Totals
+from exudyn_flexlink.engines.recording import AT_ONCE, BLOCK, BlockRecorder, Kept, Steps, Totals
 from exudyn_flexlink.engines.touching import ExtremeSeeker
 from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
@@ -26,7 +26,6 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Ramp
 
 MOST_PARTS = 128  # of a step that is cut at its samples
-MOST_INSTANTS = 512  # that wait: more take more memory, and hardly save time
 
 
 class TreeKept(NamedTuple):
@@ -133,7 +132,7 @@ class TreeRecorder(BlockRecorder):
         self._pass(step.end)
         instants = sum(len(wait.t) for wait in self._waiting)
         # A formula of what supplies energy ends the run where it has no value.
-        long = len(self._waiting) >= AT_ONCE or instants > MOST_INSTANTS
+        long = len(self._waiting) >= AT_ONCE or instants > BLOCK
         if self.model.loads.supplied_by_formula or long:
             self.work_off()
 

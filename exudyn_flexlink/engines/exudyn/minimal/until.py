@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
-from exudyn_flexlink.engines.exudyn.minimal.events import (
+from exudyn_flexlink.engines.exudyn.minimal.formulas import (
     COEFFICIENTS,
     DEGREE,
     FACTORIALS,
@@ -36,10 +36,10 @@ from exudyn_flexlink.expressions import Bounds
 from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing, Guard, zero
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
-from exudyn_flexlink.mechanism import NOT_BEFORE, Held, Until, until_mistakes
+from exudyn_flexlink.mechanism import Held, Until, until_mistakes
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
 from exudyn_flexlink.source import KeyPath, Mistake
 
-ROUNDING = 1e-13  # of its terms: nearer below zero the formula is zero
 FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of those that are looked at together
 FINEST = 2.0**-16  # of a step: crossings nearer to each other are none, or one
 ASIDE = 1e-4  # of a step, to either side of a crossing: there its rate is taken
@@ -102,7 +102,7 @@ class UntilWatch:
     def first(self, step: Step) -> Crossing | None:
         """When the formula comes to zero first within a step; at its start, if it has jumped."""
         value, little = self._value(*_alone(step.begin))
-        below = NOT_BEFORE * self._size  # so far it must have been
+        below = NEGLIGIBLE * self._size  # so far it must have been
         self._waits = self._waits and value >= -below
         self.waited |= self._waits
         if value >= -little and not self._waits:

@@ -166,8 +166,6 @@ Refusal = tuple[tuple[str, ...], str]
 """Where in the scene something is that a beam can't be, and why."""
 
 ELEMENTS = 2  # where the scene does not say
-# Strain at three points of Lobatto, curvature at two of Gauss: see `beam`.
-REDUCED_INTEGRATION = 2
 
 
 @dataclass(frozen=True)
@@ -257,7 +255,8 @@ def add_beam(mbs: Any, beam: BeamLink, state: State) -> tuple[list[int], list[in
                 bendingStiffness=elastic.bending,
                 axialDamping=elastic.lag * elastic.axial,
                 bendingDamping=elastic.lag * elastic.bending,
-                useReducedOrderIntegration=REDUCED_INTEGRATION,
+                # Strain at three points of Lobatto, curvature at two of Gauss: see `beam`.
+                useReducedOrderIntegration=2,
             )
         )
         for first, second in pairwise(nodes)

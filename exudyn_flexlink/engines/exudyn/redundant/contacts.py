@@ -36,7 +36,6 @@ from exudyn_flexlink.engines.touching import BECOMES, Change, Moment, Side, Touc
 from exudyn_flexlink.laws import Friction, Impulse, PowerPenalty, PressingLaw, RestitutionPenalty
 from exudyn_flexlink.mechanism import (
     GROUND,
-    TOUCHING,
     Anchor,
     Channel,
     CircleContact,
@@ -53,9 +52,8 @@ from exudyn_flexlink.mechanism import (
     poses_of,
     pressed_among,
 )
+from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING, ROUNDING
 
-EDGE = 1e-13  # of a face's length: so near to an end, rounding decides on which side a place is
-OPEN = 1e-15  # m: a gap this small counts as open, so that an event ahead is found
 # Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
 # to step, and what a far shorter step leaves in them disturbs the next.
 SHORTEST = 0.1
@@ -123,7 +121,7 @@ class ContactItem:
         self.touch: ItemTouch | None = None  # at the last look
         state = system.assembly.state
         gap = float(approach(contact, state.q, state.v).gap)
-        behind = not self.walled and gap < -TOUCHING
+        behind = not self.walled and gap < -PLACE_ROUNDING
         behind = behind and not pressed_among([contact], state.q)
         self.side = Side.BEHIND if behind else Side.APART
         self.changed: Changed | None = None  # what happened to it as the last step ended
@@ -181,7 +179,7 @@ class ContactItem:
             what = Change.SLIDES_OFF if leaps and not self.walled else Change.OPENS
         elif self.side is Side.APART and beyond and on_face:
             what = Change.CLOSES
-            leaps = -touch.gap > abs(rate) * now.step + OPEN
+            leaps = -touch.gap > abs(rate) * now.step + LEAST_LENGTH
             law = self.contact.law
             assert not isinstance(law, Impulse)  # refused: it has no force
             press = float(law.force(-touch.gap, -rate, -rate))
@@ -200,9 +198,11 @@ class ContactItem:
     def _while_pressed(self, touch: ItemTouch, step: float) -> float:
         self.items.wake(True)
         if not self._two_sided:  # what is held on both sides strikes nothing
-            step = self._toward_release(touch, min(step, self.contact_step))
+            # Where the point leaves the face a step ends: one across it changes the energy.
+            until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
+            step = end_on(min(step, self.contact_step), max(until, self._shortest))
         until = inf
-        if abs(touch.slip) * step > EDGE * self.items.length:
+        if abs(touch.slip) * step > ROUNDING * self.items.length:
             left = self.items.length - touch.place if touch.slip > 0 else touch.place
             until = left / abs(touch.slip)
         if until > 1.5 * self.contact_step:
@@ -210,13 +210,8 @@ class ContactItem:
         # Just before the end: a step beyond it would have no force at all.
         return end_on(step, until - 0.5 * REACHED * min(step, until))
 
-    def _toward_release(self, touch: ItemTouch, step: float) -> float:
-        """End a step where the point leaves the face: a step across it changes the energy."""
-        until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
-        return end_on(step, max(until, self._shortest))
-
     def _while_apart(self, touch: ItemTouch, step: float) -> float:
-        gap = max(touch.gap, OPEN)
+        gap = max(touch.gap, LEAST_LENGTH)  # open, so that an event ahead is found
         until = self.items.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
         at = touch.place + touch.slip * until if until < inf else inf
@@ -240,7 +235,7 @@ class ContactItem:
     def _on_face(self, at: float) -> bool:
         """Tell whether a place is on the face; circles, of infinite length, have no ends."""
         length = self.items.length
-        return -EDGE * length <= at <= (1 + EDGE) * length
+        return -ROUNDING * length <= at <= (1 + ROUNDING) * length
 
     def _can_meet(self, touch: ItemTouch, at: float) -> bool:
         """Tell whether the point may be over the face, `at` a place, as the gap closes."""

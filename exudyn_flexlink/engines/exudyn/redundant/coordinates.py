@@ -31,10 +31,7 @@ from exudyn_flexlink.mechanism import (
     half_period,
     mass_blocks,
 )
-
-REDUNDANT = 1e-12  # of joints' rows of length 1: what is left of one that others imply
-TINY = 1e-300  # only divided by
-STRAIGHT = 1e-9  # rad, rad/s: rods that differ by less lie in one line and turn as one
+from exudyn_flexlink.rounding import INVISIBLE, ROUNDING, TINY
 
 
 class OfBeams(NamedTuple):
@@ -179,7 +176,7 @@ class BeamCoordinates(Coordinates):
         arms = np.linalg.solve(mass, joints.T)
         sizes = np.sqrt(np.maximum(np.sum(joints.T * arms, axis=0), TINY))
         unit = arms / sizes
-        inverse = np.linalg.pinv(joints @ unit / sizes[:, None], rcond=REDUNDANT, hermitian=True)
+        inverse = np.linalg.pinv(joints @ unit / sizes[:, None], rcond=ROUNDING, hermitian=True)
         return np.linalg.inv(mass) - unit @ inverse @ unit.T, unit @ inverse / sizes
 
     def _joints(self, q: FloatArray, places: FloatArray) -> FloatArray:
@@ -320,7 +317,7 @@ def _angle(along: FloatArray, near: FloatArray) -> FloatArray:
 def _refuse_bent(q: FloatArray, v: FloatArray, beams: tuple[BeamLink, ...]) -> None:
     for beam in beams:
         rods = list(beam.rods)
-        if np.ptp(q[rods, 2]) > STRAIGHT or np.ptp(v[rods, 2]) > STRAIGHT:
+        if np.ptp(q[rods, 2]) > INVISIBLE or np.ptp(v[rods, 2]) > INVISIBLE:
             raise NotRepresentableError(
                 ("bodies", beam.body), "a beam starts straight, and turns as a whole"
             )

@@ -12,9 +12,10 @@ from exudyn_flexlink.engines import NotRepresentableError
 from exudyn_flexlink.engines.exudyn.redundant.contacts import Contacts
 from exudyn_flexlink.engines.exudyn.redundant.run import built
 from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.system import NOTHING, System
+from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Mechanism, end_of_run
+from exudyn_flexlink.mechanism.joints import NOTHING
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake

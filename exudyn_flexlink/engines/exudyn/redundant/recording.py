@@ -26,8 +26,9 @@ from exudyn_flexlink.mechanism import (
     sizes_at,
     turning,
 )
+from exudyn_flexlink.rounding import KNOT_TIME
 
-BESIDE = 2e-12  # s: twice as near as steps end at the knots of a drive
+BESIDE = 2 * KNOT_TIME  # s: twice as near as steps end at the knots of a drive
 
 
 class Changed(NamedTuple):

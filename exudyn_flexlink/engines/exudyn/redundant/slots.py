@@ -36,6 +36,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING, TINY
 
 # Of a step: an event nearer than this counts as reached. A step so short would fill the
 # multipliers, which an index-3 method divides by the square of its step, with rounding.
@@ -139,8 +140,6 @@ class Kinks:
         return np.concatenate([*(values[:, 0] for values in switches), *steep])
 
 
-SEAM = 1e-9  # of a closed curve's period: nearer to its seam, rounding decides on the side
-AT_REST = 1e-12  # m in a step: a point that moves less rests, and changes no piece
 PART_OF_PIECE = 0.1  # of a piece, covered by a step at most: else Newton may find another foot
 
 
@@ -319,7 +318,7 @@ class SlotItems(TrackFollower):
         until = self._until_end(speed, along, rising)
         if until > REACHED * now.step:
             return self._limit(step, until, along)
-        if abs(along) * now.step <= AT_REST:
+        if abs(along) * now.step <= PLACE_ROUNDING:  # at rest it changes no piece
             return step
         self._change_piece(1 if along > 0 else -1, now.time)
         return self._limit(step / 20, inf, along)
@@ -343,7 +342,7 @@ class SlotItems(TrackFollower):
     def _pass_seam(self, time: float) -> None:
         """Go on into another lap of one smooth closed piece; a point at rest on the seam stays."""
         piece = self.curve.pieces[0]
-        beyond = SEAM * piece.period
+        beyond = NEGLIGIBLE * piece.period  # nearer to its seam, rounding decides on the side
         way = 1 if self.u >= piece.end + beyond else -1 if self.u < piece.start - beyond else 0
         if way:
             u = self.u - way * piece.period
@@ -371,7 +370,7 @@ class SlotItems(TrackFollower):
 
     def _limit(self, step: float, until: float, along: float) -> float:
         """Let a step cover no more than a part of the piece, and end where the piece ends."""
-        longest = self._longest[self.piece] / max(abs(along), 1e-300)
+        longest = self._longest[self.piece] / max(abs(along), TINY)
         return end_on(min(step, longest), until)
 
     # --- forces ------------------------------------------------------------------------------

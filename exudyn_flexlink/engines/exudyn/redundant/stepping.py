@@ -35,10 +35,9 @@ from exudyn_flexlink.integrate.problem import Window, instant
 from exudyn_flexlink.integrate.solve import ProgressMeter
 from exudyn_flexlink.mechanism import TurnGoal
 from exudyn_flexlink.result import Event
+from exudyn_flexlink.rounding import INVISIBLE, KNOT_TIME, TINY
 from exudyn_flexlink.scene import Accuracy
 
-ROUNDING_OF_TURNS = 1e-9  # rad: what the search for the end of a run's turns may leave
-KNOT_TIME = 1e-12  # s: to which the solver's steps add up
 STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
 
 
@@ -96,8 +95,11 @@ class ErrorControl:
             return self._step
         # Divided differences carry 1/6 of the derivative.
         error = 6 * self.CONSTANT * now.step**3 * self._third_difference()
-        share = self.tolerance / (self.GROWTH * self._foreseen(now.time))
-        wanted = now.step * (share / max(error, 1e-300)) ** (1 / 3)
+        # Steps that share the tolerance, as many as are foreseen:
+        ahead = self.duration / (now.time + 0.02 * self.duration)
+        foreseen = max(self.FEWEST_STEPS, self._steps * ahead)
+        share = self.tolerance / (self.GROWTH * foreseen)
+        wanted = now.step * (share / max(error, TINY)) ** (1 / 3)
         turning = max(map(abs, now.v_list[2::3]))
         if turning * wanted > self._largest_turn:
             wanted = self._largest_turn / turning
@@ -114,11 +116,6 @@ class ErrorControl:
 
     def _change(self, step: float) -> None:
         self._step, self._since_change = step, 0
-
-    def _foreseen(self, time: float) -> float:
-        """Steps that share the tolerance."""
-        ahead = self.duration / (time + 0.02 * self.duration)
-        return max(self.FEWEST_STEPS, self._steps * ahead)
 
     def _third_difference(self) -> float:
         """Largest third divided difference of the last four weighted positions, m/s^3."""
@@ -242,7 +239,7 @@ class Loop:
             bend = (rate - self._goal_rate) / now.step if now.step > 0 else 0.0
             self._goal_rate = rate
             step = end_on(step, first_zero(left, -rate, -bend)) if left > 0 else step
-            self.left = left if left > ROUNDING_OF_TURNS else 0.0
+            self.left = left if left > INVISIBLE else 0.0
         step = self._to_knot(now, step)
         return end_on(step, max(self.end - now.time, 0.0))
 

@@ -39,6 +39,7 @@ from exudyn_flexlink.mechanism import (
     motor_place,
     size_at,
 )
+from exudyn_flexlink.mechanism.joints import NOTHING
 
 
 def add_loads(system: System) -> None:
@@ -108,7 +109,6 @@ def _asked(system: System, load: Callable[..., Any], nothing: Any) -> Callable[.
 
 
 STRAIN_ROUNDING = 5e-15  # strain of an element as long as the mechanism is large
-NOTHING = -1  # number of an item that is none
 
 
 @dataclass
