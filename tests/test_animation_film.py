@@ -10,6 +10,7 @@ import results
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from pages_of_docs import DOCS
+from physics_tools import FALLING_ROD, scene
 
 from exudyn_flexlink.animation import FilmError, Slow, film_of
 from exudyn_flexlink.animation.film import Viewpoint, zooms_of
@@ -55,6 +56,21 @@ def test_a_film_of_a_doubtful_run_says_so(run):
         shown = [text.get_text().replace("\n", " ") for text in picture.axes.texts]
         assert told in shown
     assert not film_data(film_of(sure))["doubts"]
+
+
+def test_what_a_stage_takes_away_or_adds_is_seen_while_it_is_there():
+    tie = "{type: linear, points: [ground, rod.tip], stiffness: 1, at: [1, 0]}"
+    stages = f"[{{until: t - 0.1, remove: [joints.pin], add: {{springs: {{tie: {tie}}}}}}}]"
+    staged = scene(FALLING_ROD, "run.duration=0.3", f"stages={stages}")
+    film = film_of(simulate(staged, measure=False))
+    (take,) = film.takes
+    data = film_data(film)["takes"][0]
+    begin = pytest.approx(0.1)
+    assert [mark["spans"] for mark in data["marks"]] == [[[None, begin]]]
+    spans = {line["name"]: line["spans"] for line in data["lines"]}
+    assert spans == {"rod": [[None, begin], [begin, None]], "tie": [[begin, None]]}
+    (pin,) = take.marks
+    assert [take.is_there(pin, time) for time in (0.0, 0.05, 0.2)] == [True, True, False]
 
 
 def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):

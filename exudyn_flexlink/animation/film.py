@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isfinite
+from itertools import pairwise
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,7 @@ from exudyn_flexlink.plots.outline import (
 )
 from exudyn_flexlink.plots.panels import colours_of_both, horizon
 from exudyn_flexlink.result import Intervals, Result
+from exudyn_flexlink.scene import Scene, stage_scenes
 from exudyn_flexlink.source import did_you_mean
 
 ANY = "strike"
@@ -212,6 +214,22 @@ class Take:
         joints_marked = joint_marks(self.result.scene, self.model)
         return sorted(joints_marked, key=lambda mark: "ground" not in mark.kind)
 
+    def spans(self, thing: Drawn | Mark) -> list[Stretch]:
+        """Spans (s) in which a line or a mark is there: its part may come, or go, with a stage."""
+        return [span for span, things in self._in_stages if _key(thing) in things]
+
+    def is_there(self, thing: Drawn | Mark, time: float) -> bool:
+        """Tell whether a line or a mark is there at an instant (s)."""
+        return any(begin <= time < end for begin, end in self.spans(thing))
+
+    @cached_property
+    def _in_stages(self) -> list[tuple[Stretch, set[tuple[object, ...]]]]:
+        """Spans of all stages, and what is drawn in each."""
+        begins = [-inf, *(begin for begin, _ in self.result.stages), inf]
+        spans = [Stretch(*span) for span in pairwise(begins)]
+        scenes = stage_scenes(self.result.scene)  # more than spans where a stage never came
+        return [(span, _drawn_in(scene)) for span, scene in zip(spans, scenes, strict=False)]
+
     @cached_property
     def named(self) -> dict[str, Anchor]:
         """Points that the paper names; the origin only where the paper's slot is."""
@@ -223,6 +241,18 @@ class Take:
         poses = self.poses(np.linspace(begin, end, LOOKS))
         ends = [np.array([at.x, at.y]) for at in pivots(self.model)]
         return [*(drawn.line.at(poses) for drawn in self.lines), *ends]
+
+
+def _key(thing: Drawn | Mark) -> tuple[object, ...]:
+    """What tells a line, or a mark, of one stage from all others of that."""
+    return (thing.kind, thing.line.name) if isinstance(thing, Drawn) else (thing.kind, thing.anchor)
+
+
+def _drawn_in(scene: Scene) -> set[tuple[object, ...]]:
+    """Keys of all that is drawn in a stage."""
+    model = build_mechanism(scene)
+    things: list[Drawn | Mark] = [*drawn_lines(scene, model), *joint_marks(scene, model)]
+    return {_key(thing) for thing in things}
 
 
 @dataclass(frozen=True)

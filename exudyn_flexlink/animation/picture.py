@@ -158,10 +158,13 @@ def draw_mechanism(place: Place, shots: Shots, frame: int) -> None:
         upper, lower = (place.seen(wall.at(poses), poses) for wall in wall_lines(model, channel))
         corners = np.concatenate([upper, lower[::-1]])
         place.axes.fill(*corners.T, color="#A9A9A9", alpha=0.16, linewidth=0)
+    time = shots.frames.times[frame]
     for drawn in shots.take.lines:
-        _draw_line(place, drawn, poses)
+        if shots.take.is_there(drawn, time):
+            _draw_line(place, drawn, poses)
     for mark in shots.take.marks:
-        _draw_mark(place, mark, poses)
+        if shots.take.is_there(mark, time):
+            _draw_mark(place, mark, poses)
 
 
 def _draw_line(place: Place, drawn: Drawn, poses: FloatArray) -> None:

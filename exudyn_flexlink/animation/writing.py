@@ -19,7 +19,7 @@ from html import escape
 from importlib import import_module
 from importlib.resources import files
 from io import BytesIO
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -43,7 +43,7 @@ from exudyn_flexlink.animation.shots import SLOW_SECONDS, frames_of, kept_instan
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.mechanism import Anchor
 from exudyn_flexlink.observables import turns
-from exudyn_flexlink.plots.outline import Line, through
+from exudyn_flexlink.plots.outline import Drawn, Line, Mark, through
 from exudyn_flexlink.plots.panels import length_unit
 from exudyn_flexlink.shipped import FILM_FORMATS
 
@@ -127,7 +127,13 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
     times, _ = kept_instants(film, take)
     crank = take.crank(times)
     lines = [
-        {"kind": drawn.kind, "colour": drawn.colour, **_line(drawn.line)} for drawn in take.lines
+        {
+            "kind": drawn.kind,
+            "colour": drawn.colour,
+            "spans": _spans(take, drawn),
+            **_line(drawn.line),
+        }
+        for drawn in take.lines
     ]
     return {
         "name": take.name,
@@ -138,11 +144,19 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
         "crank": None if crank is None else row(crank, "f8"),
         "turns": turns(take.result),
         "lines": lines,
-        "marks": [{"kind": mark.kind, **_anchor(mark.anchor)} for mark in take.marks],
+        "marks": [
+            {"kind": mark.kind, "spans": _spans(take, mark), **_anchor(mark.anchor)}
+            for mark in take.marks
+        ],
         "points": {name: _anchor(at) for name, at in take.named.items()},
         "touching": [_touching(take, touching, times) for touching in touching_of(film, take)],
         "zooms": [_zoom(zoom) for zoom in zooms_of(film, take)],
     }
+
+
+def _spans(take: Take, thing: Drawn | Mark) -> list[list[float | None]]:
+    """Begins and ends (s) of the spans in which something is there; None: without an end."""
+    return [[t if isfinite(t) else None for t in span] for span in take.spans(thing)]
 
 
 def _line(line: Line) -> dict[str, Any]:

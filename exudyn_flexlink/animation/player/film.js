@@ -73,6 +73,7 @@ class Take {
   seek(t) {
     const i = Math.min(lastUpTo(this.time, t), this.time.length - 2);
     const span = this.time[i + 1] - this.time[i];
+    this.instant = t;
     this.index = i;
     this.part = Math.min(Math.max((t - this.time[i]) / span, 0), 1);
     const width = 3 * this.data.parts;
@@ -82,6 +83,13 @@ class Take {
       const angle = this.between(this.poses, width, 3 * k + 2);
       this.now.set([x, y, Math.cos(angle), Math.sin(angle)], 4 * k);
     }
+  }
+
+  // Whether a line or a mark is there now: its part may come, or go, with a stage of the run.
+  isThere({ spans }) {
+    const since = (begin) => begin === null || begin <= this.instant;
+    const until = (end) => end === null || this.instant < end;
+    return spans.some(([begin, end]) => since(begin) && until(end));
   }
 
   // A number of a table, `width` numbers at every kept instant, now.
