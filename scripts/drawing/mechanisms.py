@@ -22,6 +22,7 @@ from drawing.parts import (
     spread,
     within,
 )
+from drawing.staged import add_end, add_freewheel, add_stages
 
 TOLERANCE = 1e-6  # m
 
@@ -41,8 +42,14 @@ def draw(rng: np.random.Generator, added: bool = False) -> tuple[str, Model]:
             add_walls(rng, drawn)
     if added:
         add_parts(rng, drawn)
-    model["run"] = {"duration": within(rng, 0.3, 1.2), "sample": "2 ms"}
+    duration = within(rng, 0.3, 1.2)
+    model["run"] = {"duration": duration, "sample": "2 ms"}
     model["accuracy"] = {"tolerance": TOLERANCE}
+    if added:
+        add_freewheel(rng, drawn)
+        model["run"] |= add_end(rng, drawn, duration)
+        if stages := add_stages(rng, drawn, duration):
+            model["stages"] = stages
     return family, {"title": family, **model}
 
 
