@@ -41,7 +41,7 @@ SIZE = 3.0  # the whole mechanism is up to so much larger or smaller
 SHAPE = 1.3  # lengths, to one another
 WITH_CLEARANCE, WITH_FRICTION, WITH_WEIGHT = 0.25, 0.5, 0.5
 TOLERANCE, WALLS = 1e-6, 1e-5  # m
-TURNS, TURNS_WALLS = 0.8, 0.3
+TURNS, TURNS_WALLS, TURNS_PLAY = 0.8, 0.3, 0.2
 TIGHTER = 100.0
 SPEED = 10.0  # rad/s: the paper's
 BALANCE = 1e-3  # of the largest kinetic energy, that a balance may miss
@@ -122,6 +122,7 @@ def draw(rng: np.random.Generator, play: bool = False) -> tuple[str, list[str]]:
     model = CLEAR if clear else "no_clearance"
     if play:
         model = PLAY
+        settings["run.turns"] = f"{TURNS_PLAY}"
         settings["joints.pin.clearance"] = f"{2e-4 * size * factor()}"
         settings["joints.pin.radius"] = f"{2e-3 * size * DECADE ** rng.uniform(-1, 0)}"
         settings["joints.pin.law.stiffness"] = f"{1e6 * factor()}"

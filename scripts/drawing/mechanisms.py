@@ -41,8 +41,10 @@ def draw(rng: np.random.Generator, added: bool = False) -> tuple[str, Model]:
         if rng.random() < 0.6:
             add_walls(rng, drawn)
     if added:
+        if family == "flexible link":
+            model["bodies"]["link"]["rods"] = int(rng.integers(2, 4))  # parts take their time
         add_parts(rng, drawn)
-    duration = within(rng, 0.3, 1.2)
+    duration = within(rng, 0.1, 0.5) if added else within(rng, 0.3, 1.2)
     model["run"] = {"duration": duration, "sample": "2 ms"}
     model["accuracy"] = {"tolerance": TOLERANCE}
     if added:

@@ -63,7 +63,7 @@ def _formula(rng: np.random.Generator, drawn: Drawn, duration: float, later: flo
         if begin is not None:
             return f"abs(angle({drawn.crank}) - {begin}) - {spread(rng, 0.1, 100)}"
     if kind == "force":
-        return f"force({drawn.crank}) - {spread(rng, 30, 3000)} N"
+        return f"min(t - 0.01, force({drawn.crank}) - {spread(rng, 30, 3000)} N)"
     if kind == "place":
         point = str(rng.choice(drawn.points))
         return f"min(t - 0.01, place({point}, {rng.choice(['x', 'y'])}) - {within(rng, -0.2, 0.4)})"
