@@ -49,9 +49,9 @@ def draw(rng: np.random.Generator, added: bool = False) -> tuple[str, Model]:
     model["accuracy"] = {"tolerance": TOLERANCE}
     if added:
         add_freewheel(rng, drawn)
-        model["run"] |= add_end(rng, drawn, duration)
         if stages := add_stages(rng, drawn, duration):
             model["stages"] = stages
+        model["run"] |= add_end(rng, drawn, duration)
     return family, {"title": family, **model}
 
 

@@ -54,7 +54,9 @@ def _formula(rng: np.random.Generator, drawn: Drawn, duration: float, later: flo
     """Draw what rises through 0: time, a joint's force, a crank's angle, a point's way."""
     model = drawn.model
     instant = number(duration * rng.uniform(later, 1))
-    kinds = ["t", *(["angle", "force"] if drawn.crank in model.get("joints", {}) else [])]
+    gone = [part for stage in model.get("stages", ()) for part in stage.get("remove", ())]
+    stays = drawn.crank and f"joints.{drawn.crank}" not in gone
+    kinds = ["t", *(["angle", "force"] if stays else [])]
     kind = str(rng.choice([*kinds, "place"] if drawn.points else kinds))
     if kind == "angle":
         # Every crank is hinged to the ground by its origin.
