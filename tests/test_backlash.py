@@ -224,6 +224,20 @@ def test_a_run_goes_on_where_it_is_in_the_play():
     )
 
 
+def test_teeth_that_press_go_on_to_press_in_a_stage():
+    """They are pressed in then, beyond the play that a start must be within."""
+    soft = ("joints.mesh.law={stiffness: 400, restitution: 0.3}", "run={duration: 0.02}")
+    pulled = (*soft, "drives={load: {type: torque, joint: axle, value: -0.02}}")
+    plain = alone(PAIR, *pulled)
+    (touch,) = plain.intervals["mesh.from"]
+    pressed = touch.begin + 5e-4
+    staged = alone(PAIR, *pulled, f"stages=[{{until: t - {pressed}, set: {{gravity: 0}}}}]")
+    (same,) = staged.intervals["mesh.from"]
+    for key in ("begin", "end", "approach_speed", "peak_force"):
+        assert getattr(same, key) == pytest.approx(getattr(touch, key), rel=1e-6)
+    np.testing.assert_allclose(staged.poses[-1], plain.poses[-1], atol=1e-9)
+
+
 def test_effects_take_the_play_out_or_let_teeth_strike_rigidly():
     loose = scene(PAIR, "joints.mesh.law={stiffness: 400, restitution: 0.3}")
     ideal = idealise(loose, ["clearance"]).joints["mesh"]

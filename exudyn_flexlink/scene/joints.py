@@ -90,13 +90,16 @@ class GearJoint(Part):
         return self
 
     @model_validator(mode="after")
-    def _starts_within_the_play(self) -> GearJoint:
+    def _play_needs_a_law(self) -> GearJoint:
         if self.backlash > 0 and self.law is None:
             hint = "of teeth that strike, e.g. law: {type: impulse, restitution: 0.5}"
             refuse("'backlash' needs a 'law'", hint, at="backlash")
-        if abs(self.start) > self.backlash / 2 * (1 + ROUNDED):
-            refuse("is beyond the flanks: at most half the 'backlash', either way", at="start")
         return self
+
+    @property
+    def beyond(self) -> bool:
+        """Whether it starts beyond a flank."""
+        return abs(self.start) > self.backlash / 2 * (1 + ROUNDED)
 
     @property
     def turns(self) -> float:
