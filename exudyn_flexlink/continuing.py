@@ -205,12 +205,14 @@ def through_stages(
             break
         try:
             part = _next_stage(result)
+            result = run(part, progress and _from(progress, begin / end))
         except (CannotContinueError, SceneError) as error:
-            why = error.mistakes[0].message if isinstance(error, SceneError) else str(error)
+            why, advice = str(error), STAGE_ADVICE
+            if isinstance(error, SceneError):
+                why, advice = error.mistakes[0].message, error.mistakes[0].hint or STAGE_ADVICE
             reason = f"stage {number} can't begin: {why}"
-            whole = replace(whole, outcome=Outcome(False, begin, reason, STAGE_ADVICE))
+            whole = replace(whole, outcome=Outcome(False, begin, reason, advice))
             break
-        result = run(part, progress and _from(progress, begin / end))
         whole = _with_stage(whole, result, f"stage {number}")
     return replace(whole, scene=whole_scene(scene)) if scene.stages else whole
 

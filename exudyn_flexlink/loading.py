@@ -63,7 +63,6 @@ from exudyn_flexlink.once import once_for_each
 from exudyn_flexlink.rounding import INVISIBLE, PLACE_ROUNDING
 from exudyn_flexlink.scene import (
     GROUND,
-    Flank,
     LinearSpring,
     Scene,
     apply_settings,
@@ -403,10 +402,6 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
         gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
         pressing = contact.name in scene.initial.pressing
         if stop is not None and gap < -PLACE_ROUNDING and not pressing:
-            if isinstance(stop, Flank):
-                message = "is beyond the flanks: at most half the 'backlash', either way"
-                yield Mistake(("joints", stop.joint, "start"), message)
-                continue
             place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
             way = "less" if stop.end == "from" else "more"
             message = f"'{stop.joint}' starts at {stop.text(place)}, {way} than its limit"

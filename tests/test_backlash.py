@@ -12,7 +12,6 @@ from exudyn_flexlink.accuracy.study import with_stiffer_contacts
 from exudyn_flexlink.continuing import continued, joined
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.scene import Run
 from exudyn_flexlink.source import SceneError
 
@@ -238,9 +237,18 @@ def test_a_run_goes_on_while_teeth_give_way():
     np.testing.assert_allclose(again.poses[-1], whole.poses[-1], atol=1e-9)
 
 
-def test_a_start_beyond_the_flanks_is_refused():
-    with pytest.raises(SceneError, match=r"joints\.mesh\.start: is beyond the flanks"):
-        assemble_scene(scene(PAIR, "joints.mesh.start=0.6 deg"))
+def test_teeth_that_press_go_on_to_press_in_a_stage():
+    """They are pressed in then, beyond the play that a start must be within."""
+    soft = ("joints.mesh.law={stiffness: 400, restitution: 0.3}", "run={duration: 0.02}")
+    pulled = (*soft, "drives={load: {type: torque, joint: axle, value: -0.02}}")
+    plain = alone(PAIR, *pulled)
+    (touch,) = plain.intervals["mesh.from"]
+    pressed = touch.begin + 5e-4
+    staged = alone(PAIR, *pulled, f"stages=[{{until: t - {pressed}, set: {{gravity: 0}}}}]")
+    (same,) = staged.intervals["mesh.from"]
+    for key in ("begin", "end", "approach_speed", "peak_force"):
+        assert getattr(same, key) == pytest.approx(getattr(touch, key), rel=1e-6)
+    np.testing.assert_allclose(staged.poses[-1], plain.poses[-1], atol=1e-9)
 
 
 def test_effects_take_the_play_out_or_let_teeth_strike_rigidly():
@@ -255,6 +263,7 @@ def test_effects_take_the_play_out_or_let_teeth_strike_rigidly():
 
 REFUSED = {
     "joints.mesh.law=null": "'backlash' needs a 'law'",
+    "joints.mesh.start=0.6 deg": "beyond the flanks",
     "joints.mesh.backlash=0.2 mm": "expected an angle, since 'axle' is of type revolute",
     "joints.mesh.start=0.2 mm": "expected an angle, since 'axle' is of type revolute",
     "joints.mesh.backlash=-0.2 deg": "must be 0 or greater",

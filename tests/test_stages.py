@@ -218,6 +218,18 @@ def test_what_closes_must_be_where_it_can():
     assert result.time[-1] == pytest.approx(0.1, abs=1e-12)
 
 
+def test_a_latch_that_turns_a_freewheel_back_ends_the_run_where_it_would_close():
+    """The hanging arm comes to the other from above, whose hinge may turn forward alone."""
+    kept = "stages.0.remove=[]"
+    latched = "stages.0.add.joints.latch.points=[arm.hub, other.hub]"
+    result = simulate(scene(ARMS, "joints.second.freewheel=backward", kept, latched))
+    assert not result.outcome.completed
+    assert result.time[-1] == pytest.approx(0.3743886847, abs=2e-9)
+    locks = "freewheel 'second' is turned the way in which it locks"
+    assert f"stage 1 can't begin: {locks}" in result.outcome.reason
+    assert "turn it the other way" in result.outcome.advice
+
+
 def test_a_run_goes_on_from_one_of_its_stages():
     """What was done in stages before is not done again."""
     result = alone(ARMS)

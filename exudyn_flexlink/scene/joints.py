@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, Strict, field_validator, model_vali
 
 from exudyn_flexlink import quantities as si
 from exudyn_flexlink.quantities import Dimension, Number, PositiveLength
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene.base import (
     GROUND,
     XY,
@@ -89,11 +90,16 @@ class GearJoint(Part):
         return self
 
     @model_validator(mode="after")
-    def _has_a_law_of_its_flanks(self) -> GearJoint:
+    def _play_needs_a_law(self) -> GearJoint:
         if self.backlash > 0 and self.law is None:
             hint = "of teeth that strike, e.g. law: {type: impulse, restitution: 0.5}"
             refuse("'backlash' needs a 'law'", hint, at="backlash")
         return self
+
+    @property
+    def beyond(self) -> bool:
+        """Whether it starts beyond a flank."""
+        return abs(self.start) > self.backlash / 2 * (1 + NEGLIGIBLE)
 
     @property
     def turns(self) -> float:

@@ -223,6 +223,11 @@ def gear_mistakes(parts: Parts) -> Iterator[Mistake]:
         path = ("joints", name)
         mistakes = [*_of_wrong_kinds(path, gear, kinds), *_unheld(path, gear, joints)]
         mistakes += _in_wrong_units(path, gear, kinds[1])
+        # Teeth that press as a run is gone on from are pressed in.
+        goes_on = bool(getattr(parts.sections.get("initial"), "states", None))
+        if not goes_on and isinstance(gear, GearJoint) and gear.beyond:
+            message = "is beyond the flanks: at most half the 'backlash', either way"
+            mistakes.append(Mistake((*path, "start"), message))
         yield from mistakes
         if not mistakes and not getattr(gear, "backlash", 0.0):  # play may be used up, no more
             yield from _contradicting(path, gear, joints, ties)

@@ -27,7 +27,7 @@ def add_parts(rng: np.random.Generator, drawn: Drawn) -> None:
             _stop(rng, model["joints"][name])
     if drawn.points and rng.random() < 0.5:
         _hang(rng, drawn)
-    if drawn.crank and rng.random() < 0.4:
+    if drawn.crank and rng.random() < 0.5:
         _gear(rng, drawn)
     if drawn.crank and rng.random() < 0.3:
         torque = f"{-spread(rng, 0.05, 2)} N m * sin(angle)"
@@ -145,7 +145,9 @@ def _damp_by_rate(rng: np.random.Generator, drawn: Drawn) -> None:
 def _gear(rng: np.random.Generator, drawn: Drawn) -> None:
     """Let a crank on the ground turn a wheel by gears or by a belt."""
     model = drawn.model
-    if model["joints"][drawn.crank]["points"][0] != "ground":
+    joint = model["joints"][drawn.crank]
+    # A coefficient acts on the force in a joint, which is not known of a joint with gears.
+    if joint["points"][0] != "ground" or "coefficient" in joint.get("friction", {}):
         return
     wheel = {"type": "rigid", "mass": 0.3, "inertia": spread(rng, 1e-5, 1e-3)}
     model["bodies"]["wheel"] = {**wheel, "points": {"hub": [0, 0]}}
@@ -157,7 +159,7 @@ def _gear(rng: np.random.Generator, drawn: Drawn) -> None:
     tie: Model = {"type": "belt", "radii": [0.03, within(rng, 0.02, 0.06)]}
     if rng.random() < 0.6:
         tie = {"type": "gear", "ratio": within(rng, 0.3, 3), "internal": bool(rng.random() < 0.3)}
-    if tie["type"] == "gear" and rng.random() < 0.5:
+    if tie["type"] == "gear" and rng.random() < 0.7:
         play = spread(rng, 1e-4, 0.02)
         teeth = {"stiffness": spread(rng, 100, 1e4), "restitution": within(rng, 0, 1)}
         stiff = {**teeth, "transition_speed": 0.01}

@@ -22,6 +22,7 @@ from drawing.parts import (
     spread,
     within,
 )
+from drawing.staged import add_end, add_freewheel, add_stages
 
 TOLERANCE = 1e-6  # m
 
@@ -40,9 +41,17 @@ def draw(rng: np.random.Generator, added: bool = False) -> tuple[str, Model]:
         if rng.random() < 0.6:
             add_walls(rng, drawn)
     if added:
+        if family == "flexible link":
+            model["bodies"]["link"]["rods"] = int(rng.integers(2, 4))  # parts take their time
         add_parts(rng, drawn)
-    model["run"] = {"duration": within(rng, 0.3, 1.2), "sample": "2 ms"}
+    duration = within(rng, 0.1, 0.5) if added else within(rng, 0.3, 1.2)
+    model["run"] = {"duration": duration, "sample": "2 ms"}
     model["accuracy"] = {"tolerance": TOLERANCE}
+    if added:
+        add_freewheel(rng, drawn)
+        if stages := add_stages(rng, drawn, duration):
+            model["stages"] = stages
+        model["run"] |= add_end(rng, drawn, duration)
     return family, {"title": family, **model}
 
 
