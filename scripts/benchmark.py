@@ -4,8 +4,8 @@
   .venv/bin/python scripts/benchmark.py naive rods       some parts
   .venv/bin/python scripts/benchmark.py --quick          smaller ones, about three minutes
 
-Parts: naive (the script by hand), rods (cost of a step over their number), effects (what each
-costs), startup.
+Parts: naive (the script by hand), others (MuJoCo, if it is installed, and DOP853), rods (cost of a
+step over their number), effects (what each costs), startup.
 
 Costs are processor times, the least of `--repeat` runs, and whatever is compared is measured in
 turn (A B A B ...) in this one run: trust the ratios, and not the seconds, of a shared machine.
@@ -16,13 +16,14 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 
-from benchmarks import effects, naive, rods, startup
+from benchmarks import effects, naive, others, rods, startup
 from benchmarks.measuring import Table
 
 Part = Callable[..., list[Table]]
 
 PARTS: dict[str, Part] = {
     "naive": naive.tables,
+    "others": others.tables,
     "rods": rods.tables,
     "effects": effects.tables,
     "startup": startup.tables,

@@ -242,7 +242,8 @@ ITEMS = (
     ),
     Item("sweep", "2 min", (SWEEP, SWEPT), {"sweep.png": "speeds/sweep.png"}),
     measured("sweep_speed", "sweeps", "10 min"),
-    measured("benchmark", "cost", "10 min"),
+    measured("benchmark", "cost", "10 min", "naive", "rods", "effects", "startup"),
+    Item("others", "5 min", (script("benchmark", "others"),), page="cost.md"),
     measured("told_errors", "accuracy_measured", "15 min", "--count", "20"),
     measured("random_touches", "accuracy_measured", "30 min"),
     measured(
