@@ -64,6 +64,9 @@ from exudyn_flexlink.source import SceneError
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
 
+Pressing = dict[str, tuple[tuple[int, float], ...]]
+"""Of each contact that presses, its pairs that do, and the speeds (m/s) at which they touched."""
+
 BESIDE = 1e-6  # of a curve's size: nearer to its seam, rounding decides on the side
 DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
 
@@ -161,7 +164,7 @@ def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, fl
     return assembly, touching, time
 
 
-def _pressing(result: Result, time: float) -> dict[str, tuple[tuple[int, float], ...]]:
+def _pressing(result: Result, time: float) -> Pressing:
     """What presses at an instant (s): pairs of each contact, and the speeds at which they touched.
 
     At the end of a run, what lasts.
@@ -263,7 +266,26 @@ def _next_stage(result: Result) -> Scene:
         raise CannotContinueError(
             f"what closes there is apart: '{parts[k].body}' would have to move by {moves[k]:.3g} m"
         )
+    _require_walls_to_stay(result, assembly, pressing)
     return scene
+
+
+def _require_walls_to_stay(result: Result, assembly: Assembly, pressing: Pressing) -> None:
+    """Refuse a stage in which what presses at the end of a run is deeper, or less deep, at once.
+
+    That would give or take energy; impulses would even push out what lies within a wall.
+    """
+    mechanisms = (assemble_scene(result.scene).mechanism, assembly.mechanism)
+    state = result.poses[-1], result.rates[-1]
+    allowed = CLOSES_WITHIN * max(part.reach for part in assembly.mechanism.parts)
+    for name, pairs in pressing.items():
+        for pair, _ in pairs:
+            numbers = [mechanism.numbers[name] + pair for mechanism in mechanisms]
+            contacts = [m.contacts_and_pairs[k] for m, k in zip(mechanisms, numbers, strict=True)]
+            before, after = (float(approach(contact, *state).gap) for contact in contacts)
+            if abs(after - before) > allowed:
+                move = f"by {abs(after - before):.3g} (m or rad)"
+                raise CannotContinueError(f"'{name}' presses, and its wall would move {move}")
 
 
 def _staged(result: Result, k: int) -> Scene:

@@ -218,6 +218,25 @@ def test_what_closes_must_be_where_it_can():
     assert result.time[-1] == pytest.approx(0.1, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    "law", ["{type: impulse, restitution: 0}", "{stiffness: 1.0e6, restitution: 0.5}"]
+)
+def test_the_wall_of_what_presses_stays_where_it_is(law):
+    pin = f"""
+curves: {{way: {{type: line, from: [-1, 0], to: [3, 0]}}}}
+bodies: {{pin: {{type: rigid, mass: 0.5, inertia: 1.0e-5, points: {{o: [0, 0]}}}}}}
+joints: {{slot: {{type: slot, point: pin.o, curve: way, clearance: 2 mm, law: {law}}}}}
+gravity: 9.81
+run: {{duration: 0.05}}
+accuracy: {{tolerance: 1.0e-8}}
+"""
+    stage = "stages=[{until: t - 0.022 s, set: {joints.slot.clearance: CLEARANCE}}]"
+    assert alone(pin, stage.replace("CLEARANCE", "2 mm")).outcome.completed
+    result = simulate(scene(pin, stage.replace("CLEARANCE", "1 mm")), measure=False)
+    assert result.time[-1] == pytest.approx(0.022)
+    assert "'slot' presses, and its wall would move by 0.001" in result.outcome.reason
+
+
 def test_a_latch_that_turns_a_freewheel_back_ends_the_run_where_it_would_close():
     """The hanging arm comes to the other from above, whose hinge may turn forward alone."""
     kept = "stages.0.remove=[]"
