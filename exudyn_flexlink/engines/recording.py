@@ -325,8 +325,8 @@ class BlockRecorder(ABC):
     # --- what an engine says ------------------------------------------------------------------
 
     @abstractmethod
-    def work_off(self) -> None:
-        """Work off the steps that wait, see `_book`."""
+    def record_waiting(self) -> None:
+        """Record the steps that wait, see `_book`."""
 
     @abstractmethod
     def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
@@ -381,7 +381,7 @@ class BlockRecorder(ABC):
 
     def keep_last(self, *, before: bool = False) -> None:
         """Keep the end of the last step; `before` an event there, by the least time there is."""
-        self.work_off()
+        self.record_waiting()
         last = self._last
         if self._kept[-1].t[-1] < last.t[0]:
             self._kept.append(last)
@@ -396,7 +396,7 @@ class BlockRecorder(ABC):
 
         What was before a leap there is dropped.
         """
-        self.work_off()
+        self.record_waiting()
         while len(self._kept) > 1 and self._kept[-1].t[-1] > time - instant(time, KNOT_TIME):
             self._drop_last()
         self._kept.append(self._last._replace(t=np.array([time])))
@@ -492,7 +492,7 @@ class BlockRecorder(ABC):
 
     def leap(self, k: int, impulse: float, lost: float, supplied: float) -> None:
         """Take the impulse (N s) of a contact, what it loses (J), and what a drive does (J)."""
-        self.work_off()
+        self.record_waiting()
         reached = self._reached = self._reached.of(self._reached.all.copy())
         reached.supplied[...] += supplied
         reached.impulses[k] += impulse
@@ -509,7 +509,7 @@ class BlockRecorder(ABC):
 
         What it stores counts as lost until it ends.
         """
-        self.work_off()
+        self.record_waiting()
         return float(self._reached.impulses[k]), float(self._reached.losses[k])
 
     def intervals(self, first: int, places: FloatArray) -> Intervals:
@@ -525,8 +525,8 @@ class BlockRecorder(ABC):
     # --- blocks -------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Work off all that waits."""
-        self.work_off()
+        """Record all steps that wait."""
+        self.record_waiting()
         self._look_through()
 
     def _look_through(self) -> None:

@@ -30,7 +30,7 @@ class Events(Protocol):
         """Whether the run ends here."""
 
     def cross(self, event: Crossing) -> None:
-        """Let the event's guard change the equations, once what waits for them is worked off."""
+        """Let the event's guard change the equations, once the steps that wait are recorded."""
 
 
 @dataclass

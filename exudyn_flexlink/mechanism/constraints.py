@@ -512,9 +512,9 @@ class Frame:
         return self.x + c * x - s * y, self.y + s * x + c * y
 
 
-def with_at_origin(at: tuple[float, float], link: int, angle: float) -> Frame:
-    """Axes, turned by `angle` in those of a link, whose point `at` is the link's origin."""
-    x, y = Frame(link, 0.0, 0.0, angle).place(*at)
+def frame_about(point: tuple[float, float], link: int, angle: float) -> Frame:
+    """Axes turned by `angle` in those of a link; a `point` (m) in them is the link's origin."""
+    x, y = Frame(link, 0.0, 0.0, angle).place(*point)
     return Frame(link, -x, -y, angle)
 
 
@@ -539,7 +539,7 @@ def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
         known, added = (weld.first, weld.second) if near else (weld.second, weld.first)
         angle = group[known.part].angle + (weld.angle if near else -weld.angle)
         x, y = group[known.part].place(known.x, known.y)
-        back = with_at_origin((added.x, added.y), ROOT, angle)
+        back = frame_about((added.x, added.y), ROOT, angle)
         group[added.part] = Frame(ROOT, x + back.x, y + back.y, angle)
     return group
 

@@ -104,7 +104,7 @@ class Recorder(BlockRecorder):
 
     def keep(self, at: Motion) -> None:
         """Keep a state (1,) as it is now, after what happened there."""
-        self.work_off()
+        self.record_waiting()
         self._keep_now(self._known(at))
 
     def take(self, step: Path, motion: Motion) -> None:
@@ -112,10 +112,10 @@ class Recorder(BlockRecorder):
         self._pass(step.t + step.h)
         self._waiting.append(_Waiting(step.t, step.h, motion))
         if len(self._waiting) >= AT_ONCE:
-            self.work_off()
+            self.record_waiting()
 
-    def work_off(self) -> None:
-        """Work off the steps that wait: the same contacts press in all of them."""
+    def record_waiting(self) -> None:
+        """Record the steps that wait: the same contacts press in all of them."""
         if not self._waiting:
             return
         t, h, motions = (list(column) for column in zip(*self._waiting, strict=True))
@@ -637,8 +637,8 @@ class Problem(HybridProblem):
             self.stop(reason, TOO_DEEP_ADVICE)
 
     def cross(self, event: Crossing) -> None:
-        """Let the event's guard change the equations, once what waits for them is worked off."""
-        self.recorder.work_off()
+        """Let the event's guard change the equations, once the steps that wait are recorded."""
+        self.recorder.record_waiting()
         event.guard.cross(event.time)
 
     def next_piece(self, way: int) -> None:

@@ -68,7 +68,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Poses, RopeContact, Seen
 
 Value = Callable[[TreeForces], FloatArray]
-"""Event function of a joint, by what is known of the tree (n,): positive until it happens."""
+"""Event function of a joint: values (n,) of a tree's state and forces, positive until the event."""
 
 
 class Happens(Enum):
@@ -82,7 +82,7 @@ class Happens(Enum):
 
 @dataclass(frozen=True)
 class FrictionGuard(Guard):
-    """It happens to friction number `joint` when the `value` comes to zero."""
+    """The event `what` of friction number `joint`: its event function `value` comes to zero."""
 
     watch: FrictionWatch
     joint: int
@@ -91,7 +91,7 @@ class FrictionGuard(Guard):
 
     @property
     def bends(self) -> bool:  # type: ignore[override]
-        """Whether the friction itself does not leap."""
+        """Whether the friction is continuous at the event, and only bends there."""
         return self.what in (Happens.SLIDES, Happens.CHANGES_SIDES)
 
     def late(self, step: Step) -> float:
@@ -99,7 +99,7 @@ class FrictionGuard(Guard):
         return self.watch.late(self.joint, step) if self.what is Happens.RESTS else 0.0
 
     def cross(self, time: float) -> None:
-        """Let it happen; what comes to rest, or is swept along, does so as equations restart."""
+        """Change the friction. A joint comes to rest, or is swept along, as equations restart."""
         self.watch.cross(time, self.joint, self.what, leaps=not self.bends)
 
 
@@ -126,7 +126,7 @@ class FrictionWatch:
             at_nodes = np.concatenate([guard.value(state) for state in known])
             if (to_looks(len(at_nodes)) @ at_nodes)[1:].min() > 0:
                 continue
-            value = partial(self._at, step, guard.value)
+            value = partial(self._value, step, guard.value)
             time = first_fall(value, step.slope(at_nodes), (step.t, step.end))
             if time is not None:
                 happening.append(Crossing(time, guard))
@@ -147,7 +147,8 @@ class FrictionWatch:
             if joints.way[k]:
                 yield guard(k, Happens.CHANGES_SIDES, _press(k, joints.side[k]))
 
-    def _at(self, step: Step, value: Value, t: float) -> float:
+    def _value(self, step: Step, value: Value, t: float) -> float:
+        """Event function at a time (s) within the step."""
         q, v = step.at(np.array([t]))
         return float(value(self._model.evaluate(t, q[0], v[0]).kept.pick(None))[0])
 
@@ -162,11 +163,11 @@ class FrictionWatch:
         return 0.0 if near or slope == 0 else float(speed / slope)
 
     def cross(self, time: float, k: int, what: Happens, *, leaps: bool) -> None:
-        """Let it happen to joint k."""
+        """Change the friction of joint k."""
         self._changes.keep(leaps=leaps)
         if what is Happens.SLIDES:
-            at = self._model.evaluate(time, *self._model.coordinates.independent())
-            self._frictions.slide(k, at.kept.friction, at.kept.state.v)
+            known = self._model.evaluate(time, *self._model.coordinates.independent()).kept
+            self._frictions.slide(k, known.friction, known.state.v)
         elif what is Happens.RESTS:
             self._frictions.stopped = k
         elif what is Happens.CHANGES_SIDES:
@@ -174,36 +175,35 @@ class FrictionWatch:
 
 
 def _speed(row: FloatArray, way: float, since: float) -> Value:
-    return lambda at: np.asarray(way * (at.state.v @ row - since))
+    return lambda tree: np.asarray(way * (tree.state.v @ row - since))
 
 
 def _stillness(row: FloatArray) -> Value:
-    return lambda at: np.asarray(STILL - np.abs(at.state.v @ row))
+    return lambda tree: np.asarray(STILL - np.abs(tree.state.v @ row))
 
 
-def _left_of_bound(joints: JointFrictions, k: int, at: TreeForces) -> FloatArray:
-    """What is left to a joint at rest, of its bound."""
-    return joints.left_of_bound(k, at.friction[:, k])
+def _left_of_bound(joints: JointFrictions, k: int, tree: TreeForces) -> FloatArray:
+    """How far the torque or force that holds a joint at rest is below its bound."""
+    return joints.left_of_bound(k, tree.friction[:, k])
 
 
 def _press(k: int, side: float) -> Value:
-    return lambda at: np.asarray(side * at.friction[:, k, 2])
+    return lambda tree: np.asarray(side * tree.friction[:, k, 2])
 
 
-DEGREE = 8  # of the polynomials by which they are followed within a step
-# Of a step, where they are looked at.
-PARTS = (1 - np.cos(np.linspace(0.0, np.pi, DEGREE + 1))) / 2
-THROUGH = np.linalg.inv(chebyshev.chebvander(2 * PARTS - 1, DEGREE)).T
+# What formulas sense, and their switches, are followed within a step by polynomials through their
+# values at Chebyshev's points.
+DEGREE = 8  # of these polynomials
+PARTS = (1 - np.cos(np.linspace(0.0, np.pi, DEGREE + 1))) / 2  # of a step: the points
+TO_CHEBYSHEV = np.linalg.inv(chebyshev.chebvander(2 * PARTS - 1, DEGREE)).T  # from values there
 TAYLOR_POWERS = np.arange(DEGREE + 1)
-BETWEEN = np.maximum(TAYLOR_POWERS - TAYLOR_POWERS[:, None], 0)
+POWER_DIFFERENCES = np.maximum(TAYLOR_POWERS - TAYLOR_POWERS[:, None], 0)
 FACTORIALS = np.array([float(factorial(power)) for power in TAYLOR_POWERS])
-COEFFICIENTS = np.linalg.inv(
-    PARTS[:, None] ** TAYLOR_POWERS
-)  # coefficients of the polynomial through these
+TO_POWERS = np.linalg.inv(PARTS[:, None] ** TAYLOR_POWERS)  # from values there to coefficients
 
 
 def along_step(model: MinimalModel, step: Step) -> Now:
-    """Where the links are within a step, on its polynomial."""
+    """What loads sense at Chebyshev's points of a step, on the step's polynomial."""
     t = step.t + step.h * PARTS
     state = model.states(t, *step.at(t))
     return model.loads.now(model.window.all_inside(t), state.x, state.v)
@@ -211,7 +211,7 @@ def along_step(model: MinimalModel, step: Step) -> Now:
 
 @dataclass(frozen=True)
 class KinkGuard(Guard):
-    """A torque or force passes its kink of this number, at which its switch has this rate (1/s)."""
+    """A torque or force passes its kink number `kink`; the kink's switch has the `rate` (1/s)."""
 
     watch: KinkWatch
     load: LoadSize
@@ -220,7 +220,7 @@ class KinkGuard(Guard):
     bends = True
 
     def late(self, step: Step) -> float:
-        """How long (s) before a step's end the kink was; negative: after. 0 where it is there."""
+        """How long (s) before a step's end the kink was; negative: after; 0: at the end."""
         value = float(self.watch.at_end(self.load, step)[self.kink])
         near = abs(value) <= abs(self.rate) * instant(step.end, EVENT_TIME)
         return 0.0 if near or self.rate == 0 else value / self.rate
@@ -231,7 +231,7 @@ class KinkGuard(Guard):
 
 
 class KinkWatch:
-    """Looks at steps; knows the largest value of each switch so far, beside which others round."""
+    """Finds kinks in steps; keeps the largest value of each switch, by which rounding is told."""
 
     def __init__(self, model: MinimalModel, changes: Changes) -> None:
         self._model, self._changes = model, changes
@@ -245,7 +245,7 @@ class KinkWatch:
             load.sides = (switches[:, 0] < 0).astype(float).tolist()
 
     def first(self, step: Step) -> Crossing | None:
-        """Passage of a kink that comes first within a step; None if there is none."""
+        """First passage of a kink within a step; None if there is none."""
         if not self._model.loads.bent:
             return None
         now, passages = along_step(self._model, step), []
@@ -254,7 +254,7 @@ class KinkWatch:
             largest = np.maximum(self._largest.get(load, 0.0), np.abs(values).max(axis=1))
             self._largest[load] = largest
             ways = np.where(load.sides, -1.0, 1.0) / np.maximum(largest, np.finfo(float).tiny)
-            for k, falling in enumerate(ways[:, None] * values @ THROUGH):
+            for k, falling in enumerate(ways[:, None] * values @ TO_CHEBYSHEV):
                 if falling[0] > np.abs(falling[1:]).sum():  # it surely stays above zero
                     continue
                 slopes = StepPolynomial.derivative(falling[None])[0].tolist()
@@ -271,12 +271,14 @@ class KinkWatch:
         """Switches (kinks,) of a load at the end of a step."""
         return load.switches(self._now(step.end, self._changes.end_of(step)))[:, 0]
 
-    def _now(self, time: float, at: TreeState) -> Now:
+    def _now(self, time: float, state: TreeState) -> Now:
         inside = self._model.window.inside(time)
-        return self._model.loads.now(np.array([inside]), at.x[None], at.v[None])
+        return self._model.loads.now(np.array([inside]), state.x[None], state.v[None])
 
 
-SHORTEST = 1e-9  # of the run: a step is made no shorter by a value that is one instant's alone
+# Of the run: no pulse makes a step shorter. A formula may have another value at a single instant,
+# and no step is short enough for that.
+SHORTEST = 1e-9
 
 
 class AlongStep(NamedTuple):
@@ -286,7 +288,7 @@ class AlongStep(NamedTuple):
     rates: FloatArray
 
     def bounds(self, within: Bounds) -> dict[int, Bounds]:
-        """Bounds of it and of its time derivatives, over parts of the step."""
+        """Bounds of what is sensed, and of its time derivatives, over parts of the step."""
         middle, radius = (within.high + within.low) / 2 - self.t, (within.high - within.low) / 2
         values = _taylor(middle) @ self.rates
         off = (_taylor(radius) - np.eye(DEGREE + 1)) @ np.abs(values)
@@ -299,29 +301,30 @@ class AlongStep(NamedTuple):
 
 def _taylor(ahead: FloatArray) -> FloatArray:
     """Derivatives of a polynomial from those a time (n,) s before: matrices (n, powers, powers)."""
-    return np.triu(ahead[:, None, None] ** BETWEEN / FACTORIALS[BETWEEN])
+    return np.triu(ahead[:, None, None] ** POWER_DIFFERENCES / FACTORIALS[POWER_DIFFERENCES])
 
 
-CELLS = 64  # half of those looked at together, which takes as long as one
-SMALLEST = 1e-12  # m or rad, the way of a step: less is rounding
+CELLS = 64  # half the number of cells whose bounds are computed together, as fast as those of one
+SMALLEST = 1e-12  # m or rad, by which a step moves a place: less is rounding
 
 
 class _Cells:
-    """Cells (m or rad) of the place that a formula is of: how much of it a step hides within one.
+    """Cells (m or rad) that divide the place on which a formula depends.
 
-    Cells of a size begin at its multiples. Bounds of a cell cost more time than a step, so they are
-    kept. They are asked of cells as large as may be: these are few.
+    They tell how much of the formula may be hidden between the stages of a step, if the step stays
+    within a cell. Cells of a size begin at its multiples. Bounds of a cell cost more time than a
+    step, so they are kept; the largest cells that will do are taken, since these are few.
     """
 
     def __init__(self, formula: Expression) -> None:
         self._terms = formula.along(0.0, 1.0).addends
-        self._size = 1.0  # m or rad, tried first
+        self._size = 1.0  # m or rad, of the cells that are tried first
         self._hidden = lru_cache(self._hidden_in)
 
     def show(self, places: FloatArray, little: float) -> bool:
         """Tell whether a step with these places at its stages hides at most `little` (N or N m)."""
         low, high = min(places), max(places)
-        # A step is cut at parts that are SHORTER than it; at its fastest it goes twice its mean.
+        # A step is cut at parts that are SHORTER than it; it is up to twice as fast as its mean.
         least = 2 * max(high - low, SMALLEST) / SHORTER
         self._size = max(self._size, 2.0 ** ceil(log2(least)))
         while self._size >= least:
@@ -334,18 +337,18 @@ class _Cells:
         return False
 
     def _hidden_in(self, size: float, begin: int) -> FloatArray:
-        """How much (N or N m) cells of this size hide, (2 CELLS,), from the number `begin` on."""
+        """How much (N or N m) cells (2 CELLS,) of a size hide; the first has the number `begin`."""
         low = size * np.arange(begin, begin + 2 * CELLS, dtype=float)
         cells = Bounds(low, low + size)
         rests = [[*remainders(term, cells)][-1] for term in self._terms]
         return np.asarray(np.sum(rests, axis=0))
 
 
-class Overlooked:
-    """Looks at the steps of a model."""
+class PulseWatch:
+    """Finds pulses of formulas that lie between the stages of a step."""
 
     def __init__(self, model: MinimalModel, end: float) -> None:
-        """`end` (s) is that of the run."""
+        """`end` (s) is the end of the run."""
         self._model, self._end = model, end
         self._cells = {
             size: _Cells(size.expression) if size.expression.of_a_place else None
@@ -353,9 +356,9 @@ class Overlooked:
         }
 
     def part(self, step: Step, allowed: float) -> float:
-        """Part of a step after which a formula is not what its stages tell; 1 if nowhere.
+        """Part of a step up to which its stages tell every formula; 1 if they do all along it.
 
-        `allowed` is how far (m) that may have moved anything by the end of the run.
+        `allowed` (m) is how far a hidden pulse may move anything by the end of the run.
         """
         earliest = 1.0
         if not self._cells or not len(step.start.q):
@@ -372,11 +375,11 @@ class Overlooked:
                 continue
             try:
                 along = along or loads.formulas(along_step(self._model, step))
-            except (ValueError, ArithmeticError):  # no place within: the step itself was good
+            except (ValueError, ArithmeticError):  # a formula has no value between good stages
                 return earliest
             clock = given.formula.clock
             scale = FACTORIALS / step.h**TAYLOR_POWERS
-            rates = scale[:, None] * (COEFFICIENTS @ np.array(along[number].sensed).T)
+            rates = scale[:, None] * (TO_POWERS @ np.array(along[number].sensed).T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
             bounds = AlongStep(clock + step.t, rates).bounds
             for addend in given.formula.expression.addends:
@@ -396,41 +399,41 @@ class Overlooked:
 
 
 Goal = Callable[[FloatArray], float]
-"""Angle still to turn at all coordinates of the tree."""
+"""Angle (rad) that is still to turn, by all coordinates (links,) of the tree."""
 Followed = TrackPoint | CurveFollower | TableFollower | LapFollower
 PlaceOf = Callable[[FloatArray, FloatArray], Any]
-"""Places (n,) of what is followed, by coordinates (n, links) and slots' places (n, slots)."""
+"""Places (n,) of what is followed, from coordinates (n, links) and slots' places (n, slots)."""
 Following = tuple[Followed, PlaceOf]
 """What is followed along pieces, and where it is."""
 
-LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
-MOST_LATE = 1e-6  # of the step: rounding does not make an event later than that
+LEAST_PRESS = 0.5  # of a step's largest reaction: one that stays above did not vanish in between
+MOST_LATE = 1e-6  # of the step: rounding makes no event later than that
 
 
 class Changes(Protocol):
-    """What guards change: the problem, see there."""
+    """What guards change as events happen: `MinimalProblem` is that."""
 
     def end_of(self, step: Step) -> TreeState:
         """All coordinates at the end of a step."""
 
     def keep(self, *, leaps: bool) -> None:
-        """Keep the instant; before what leaps there, too."""
+        """Record the present instant; where something leaps, also the state before it does."""
 
     def contact_guard(self, k: int) -> Guard:
-        """Contact k, of the scene or, after these, of link and guide, begins or ends."""
+        """Guard of contact k, which begins or ends; pairs of link and guide follow the scene's."""
 
     def piece_guard(self, point: Followed, way: int) -> Guard:
-        """What is followed on a curve comes to the end of its piece (1), or to its start (-1)."""
+        """Guard of what comes to the end of its piece of a curve (way 1), or to its start (-1)."""
 
     def turns_guard(self) -> Guard:
-        """The turns that end the run are made."""
+        """Guard of the turns that end the run."""
 
     def short_guard(self, rope: str) -> Guard:
-        """A piece of a rope over points has no length left."""
+        """Guard of a rope over points, of which a piece has no length left."""
 
 
 class EventFinder:
-    """Looks at steps; `seen` are all contacts at the end of the last one accepted."""
+    """Finds the first event of a step; `seen` are all contacts after the last accepted step."""
 
     def __init__(self, model: MinimalModel, goal: Goal | None, changes: Changes) -> None:
         x, v = model.start
@@ -448,8 +451,8 @@ class EventFinder:
         self.seen = self._contacts.whole_group.seen(self._poses(x, v))
         self.kinks = KinkWatch(model, changes)
         self.frictions = FrictionWatch(model, changes)
-        self._looks: dict[float, TreeState] = {}  # within the present step
-        self._ahead: tuple[TreeState, Seen] | None = None  # where the last step ends
+        self._states: dict[float, TreeState] = {}  # by time (s), within the present step
+        self._ahead: tuple[TreeState, Seen] | None = None  # contacts where a tried step ends
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
@@ -462,7 +465,7 @@ class EventFinder:
             pin.follow(complex(view(end.x[None], end.x)[0]))
 
     def presses(self, k: int) -> bool:
-        """Tell whether contact k does."""
+        """Tell whether contact k presses."""
         return bool(self._sides.pressed[k])
 
     def touch(self, k: int) -> Touch:
@@ -475,13 +478,13 @@ class EventFinder:
 
     def first(self, step: Step, end: TreeState) -> Crossing | None:
         """What happens first within the step, which ends at these coordinates."""
-        self._looks = {step.end: end}
+        self._states = {step.end: end}
         happening = self._ends_of_pieces(step, end)
         if len(self._contacts.all):
             nodes = self._at_nodes(step.stages.kept.state.pick(slice(-1)), end)
             path, watched = self._path(nodes, end)
             happening += self._changes_of_contacts(step, nodes, end, (path, watched))
-            if pairs := len(self._contacts.all) - self._count:  # they are watched, and the last
+            if pairs := len(self._contacts.all) - self._count:  # `watched` ends with all of them
                 happening += self._touch_of_pairs(step, path.of(slice(-pairs, None)))
         if (kink := self.kinks.first(step)) is not None:
             happening.append(kink)
@@ -492,17 +495,17 @@ class EventFinder:
         return min(happening, key=lambda crossing: crossing.time, default=None)
 
     def look_again(self, end: TreeState) -> None:
-        """Take the present state, whose speeds have jumped."""
+        """Take the present state after speeds have jumped."""
         self._v, self.seen = end.v, self._seen_at(end)
 
     def _at_nodes(self, within: TreeState, end: TreeState) -> Poses:
-        """Parts at a step's nodes, of which those `within` and the end are known."""
+        """Poses at a step's nodes: where the last step ended, `within` the step, and at its end."""
         x = np.vstack([self.x, within.x, end.x])
         v = np.vstack([self._v, within.v, end.v])
         return self._poses(x, v, np.hstack([self._t, within.t, end.t]))
 
     def _seen_at(self, end: TreeState) -> Seen:
-        """All contacts at the end of a step, which are asked for again as it is accepted."""
+        """All contacts at the end of a step; they are kept for when the step is accepted."""
         if not self._contacts.all:
             return self.seen
         if self._ahead is None or self._ahead[0] is not end:
@@ -521,8 +524,8 @@ class EventFinder:
         """Pairs that now (s), at an event of this `contact`, begin or cease to press."""
         pairs, first = self._pairs, self._count
         now = self.seen.of(pairs).closed(self._held[pairs])
-        at = None if contact is None else contact - first
-        which = changed(now, self._lengths[pairs], self._sides.pressed[pairs], time, at)
+        event = None if contact is None else contact - first
+        which = changed(now, self._lengths[pairs], self._sides.pressed[pairs], time, event)
         return [first + k for k in np.flatnonzero(which).tolist()]
 
     def late_pair(self, k: int, end: TreeState, time: float) -> float:
@@ -548,22 +551,22 @@ class EventFinder:
 
     # --- ends of pieces -----------------------------------------------------------------------
 
-    def _at(self, step: Step, t: float) -> TreeState:
+    def _state(self, step: Step, t: float) -> TreeState:
         """All coordinates at a time within the step."""
-        state = self._looks.get(t)
+        state = self._states.get(t)
         if state is None:
             q, v = step.at(np.array([t]))
-            state = self._looks[t] = self.model.state(t, q[0], v[0])
+            state = self._states[t] = self.model.state(t, q[0], v[0])
         return state
 
     def _to_turn(self, step: Step, t: float) -> float:
         assert self.goal is not None
-        return float(self.goal(self._at(step, t).x))
+        return float(self.goal(self._state(step, t).x))
 
     def _ends_of_pieces(self, step: Step, end: TreeState) -> list[Crossing]:
-        """Where slots' points, and what presses on curves, come to ends of pieces.
+        """Where slots' points, and what presses on curves, come to ends of their pieces.
 
-        What passes one may be back before the step ends, so that the stages are looked at, too.
+        A point may pass the end of a piece and return within the step, so the stages count, too.
         """
         stages, points = step.stages.kept.state, self.model.coordinates.points
         passed = np.vstack([stages.places[:-1], end.places])
@@ -584,29 +587,35 @@ class EventFinder:
         return [event for event in passages if event is not None]
 
     def _end_of_piece(
-        self, step: Step, point: Followed, place: PlaceOf, nodes: tuple[FloatArray, FloatArray]
+        self, step: Step, point: Followed, place_of: PlaceOf, nodes: tuple[FloatArray, FloatArray]
     ) -> Crossing | None:
-        """Where one of them does, by coordinates and slots' places at nodes."""
+        """Where what is followed comes to the end of its piece; `nodes` go into `place_of`."""
         times = (step.t + step.h * step.method.c).tolist()
-        for time, at in zip(times, place(*nodes).tolist(), strict=True):
-            ahead, behind = point.left(at)
+        for time, place in zip(times, place_of(*nodes).tolist(), strict=True):
+            ahead, behind = point.left(place)
             if min(ahead, behind) >= -point.seam:
                 continue
             side, way = (0, 1) if ahead < behind else (1, -1)
-            on_piece = partial(self._on_piece, step, point, place, side)
+            on_piece = partial(self._on_piece, step, point, place_of, side)
             passed = first_fall(on_piece, None, (step.t, time))
             if passed is not None:
                 return Crossing(passed, self._changes.piece_guard(point, way))
         return None
 
-    def _on_piece(self, step: Step, point: Followed, place: PlaceOf, side: int, t: float) -> float:
-        at = self._at(step, t)
-        return point.left(place(at.x[None], at.places[None])[0])[side]
+    def _on_piece(
+        self, step: Step, point: Followed, place_of: PlaceOf, side: int, t: float
+    ) -> float:
+        """How much of the piece is left ahead (side 0) or behind (1) at a time (s) in the step."""
+        state = self._state(step, t)
+        return point.left(place_of(state.x[None], state.places[None])[0])[side]
 
     # --- contacts -----------------------------------------------------------------------------
 
     def _path(self, nodes: Poses, end: TreeState) -> tuple[Seen, IndexArray]:
-        """Contacts at nodes, and which these are: all but free ones on curves, which take long."""
+        """Contacts at a step's nodes, and their numbers.
+
+        Free contacts on curves are left out: to look at them takes long.
+        """
         numbers = range(len(self._contacts.all))
         curves = self._contacts.curves
         watched = [k for k in numbers if k not in curves or self.presses(k) or self.let_go(k)]
@@ -634,7 +643,7 @@ class EventFinder:
         return [*short, *(Crossing(time, guard(k)) for time, k in times if time is not None)]
 
     def _ropes(self, step: Step, end: TreeState) -> Iterator[tuple[int, RopePaths]]:
-        """Ropes over points, and how they are at the nodes of a step."""
+        """Numbers of ropes over points, and the paths of their pieces at the nodes of a step."""
         if not self._contacts.pieces:
             return
         nodes = self._exact_nodes(step, end)
@@ -657,9 +666,10 @@ class EventFinder:
                 yield Crossing(step.t + part * step.h, guard)
 
     def _closing(self, k: int, part: float | None, step: Step) -> float | None:
-        """Instant (s) of an event of contact k after a part of the step, by the state there.
+        """Instant (s) of an event of contact k after a part of the step; None where there is none.
 
-        A place in a long step is rounded by more than a small bounce is high.
+        It follows from the state there: along a long step a place is rounded by more than the
+        height of a small bounce.
         """
         if not part:
             return None if part is None else step.t
@@ -671,9 +681,9 @@ class EventFinder:
     def _flights(
         self, step: Step, nodes: Poses, end: TreeState, free: IndexArray
     ) -> Iterator[tuple[int, Flight]]:
-        """Contacts `free` that may close within a step, since the way in it is long enough.
+        """Searches for contacts `free` that may close, since they move farther than their gap.
 
-        What surely stays beside its face is left out; what does not may pass the face's line.
+        A point that surely stays beside its face is left out, though it may cross the face's line.
         """
         if not len(free):
             return
@@ -700,9 +710,9 @@ class EventFinder:
             yield k, Flight(glimpse, feature, flown, self._way(k))
 
     def _exact_nodes(self, step: Step, end: TreeState) -> Poses:
-        """Parts at the nodes of a step.
+        """Poses at the nodes of a step, on its polynomial.
 
-        The last round of the iteration moved the stages a little, by more than a gap is rounded.
+        The last round of the iteration moved the stages by a little more than a gap's rounding.
         """
         times = step.t + step.h * step.method.c[:-1]
         return self._at_nodes(self.model.states(times, *step.at(times)), end)
@@ -715,7 +725,7 @@ class EventFinder:
         return place.T[which], h * rate.T[which]
 
     def _restless(self, step: Step, path: Seen, watched: IndexArray, held: list[int]) -> list[int]:
-        """Contacts that press, or have let go, of which it is not sure that nothing happens."""
+        """Which of the contacts `held`, which press or have let go, may change within the step."""
         if not held:
             return []
         pressed = self._sides.pressed[held]
@@ -725,14 +735,15 @@ class EventFinder:
         lifts = pressed & (self._sides.rigid[held] | self._contacts.lets_go[held])
         steady = press.min(axis=0) >= LEAST_PRESS * press.max(axis=0)
         still &= ~lifts | steady
-        return [k for k, calmly in zip(held, still.tolist(), strict=True) if not calmly]
+        return [k for k, stays in zip(held, still.tolist(), strict=True) if not stays]
 
     def _from_sides(self, path: Seen, which: list[int]) -> Seen:
-        """Contacts at nodes, seen from the side where they are.
+        """Contacts at nodes as `calm` takes them: with gaps from the side on which their parts are.
 
-        A rigid one that presses is as if behind a face that never opens; round ones have no ends.
+        The gap of a rigid contact that presses counts as closed: its reaction tells when it opens.
+        Round shapes have no ends, so that any place on them is inside.
         """
-        endless = self._endless[which]  # they may be anywhere
+        endless = self._endless[which]
         place, slip = np.where(endless, 1.0, path.place), np.where(endless, 0.0, path.slip)
         way = np.array([self._way(k) for k in which])
         path = Seen(way * path.gap, place, way * path.gap_rate, slip)
@@ -744,34 +755,34 @@ class EventFinder:
         return bool(self._contacts.lets_go[k] and closed)
 
     def _change(self, k: int, step: Step) -> float | None:
-        """When within the step a contact's state changes that presses, or has let go.
+        """Instant (s) at which contact k, which presses or has let go, changes; None: it does not.
 
-        A force that vanishes and comes back between two looks is found by its rate.
+        The rate of a force shows where it vanishes and comes back between two looks.
         """
         rate = None
         if self.presses(k) and (k in self._contacts.rigid or self._contacts.lets_go[k]):
             forces = step.begin.kept.pushes[k, 0], step.stages.kept.pushes[:, k, 0]
             rate = step.slope(np.append(*forces))
-        return first_fall(partial(self._left, k, step), rate, (step.t, step.end))
+        return first_fall(partial(self._margin, k, step), rate, (step.t, step.end))
 
-    def _left(self, k: int, step: Step, t: float) -> float:
-        """Value (m) that is positive until contact k's state changes; of a reaction, N."""
+    def _margin(self, k: int, step: Step, t: float) -> float:
+        """Event function (m) of contact k, positive until it changes; of a reaction in N."""
         if self.presses(k) and k in self._contacts.rigid:
             q, v = step.at(np.array([t]))
-            at = self.model.evaluate(t, q[0], v[0]).kept
-            inside = self._contacts.touch(k, at.state.x, at.state.v, at.t).inside
-            return min(float(at.pushes[k, 0]), inside)
+            known = self.model.evaluate(t, q[0], v[0]).kept
+            inside = self._contacts.touch(k, known.state.x, known.state.v, known.t).inside
+            return min(float(known.pushes[k, 0]), inside)
         touch = self._touch(k, step, t)
         pressed = self._contacts.pressed_by(k, touch)
         # What has let go has no force until it is apart.
         return min(pressed, touch.inside) if self.presses(k) else -pressed
 
     def _touch(self, k: int, step: Step, t: float) -> Touch:
-        at = self._at(step, t)
-        return self._contacts.touch(k, at.x, at.v, at.t)
+        state = self._state(step, t)
+        return self._contacts.touch(k, state.x, state.v, state.t)
 
     def _way(self, k: int) -> float:
-        """Behind a face the gap is that to its back."""
+        """Sign of a gap: -1 of a point behind its face, whose gap is that to the back; else 1."""
         return -1.0 if self._sides.sides[k] is Side.BEHIND else 1.0
 
 

@@ -304,7 +304,7 @@ class RigidContacts:
         self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
     ) -> FloatArray:
         moved, smooth = self.opened(which, gaps, arms, pushed), pushed is gaps.free
-        return least_inverse(moved, even=smooth)
+        return least_inverse(moved, symmetric=smooth)
 
     def slopes(self, at: Evaluation) -> FloatArray | float:
         """Damping (independent, independent) by friction of contacts that last, at one state."""
@@ -368,7 +368,7 @@ def scaled_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
     moves = diagonals > 0
     scale = np.divide(1.0, np.sqrt(np.abs(diagonals)), where=moves, out=np.zeros(diagonals.shape))
     both = scale[..., :, None] * scale[..., None, :]
-    return np.asarray(least_inverse(mobility * both, even=even) * both)
+    return np.asarray(least_inverse(mobility * both, symmetric=even) * both)
 
 
 def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:

@@ -482,7 +482,7 @@ class Impacts:
             answer = self.model.frictions.answer(at)
             moved, known = answer.moved(gaps.free, pushed, at.mass), answer.lock
             free = np.append(free, answer.away)
-        acting = complementary(moved, free - moved[:, count:] @ known, even=smooth)
+        acting = complementary(moved, free - moved[:, count:] @ known, symmetric=smooth)
         press = acting[:count]
         # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
         # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.

@@ -24,7 +24,7 @@ from exudyn_flexlink.engines.exudyn.minimal.events import (
     EventFinder,
     Followed,
     Goal,
-    Overlooked,
+    PulseWatch,
 )
 from exudyn_flexlink.engines.exudyn.minimal.friction import JammedError, LockedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import Impacts, meets
@@ -97,7 +97,7 @@ class MinimalProblem:
         self._lasting: FloatArray | None = None
         self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
-        self._overlooked = Overlooked(self.model, self.end)
+        self._pulses = PulseWatch(self.model, self.end)
         self._walls = contacts.count  # number of the first pair of link and guide
         self.change_walls(0.0)
         self.bounds = DepthBounds(self.recorder.contacts)
@@ -149,7 +149,7 @@ class MinimalProblem:
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state, with the independent coordinates that are best there."""
-        self.recorder.work_off()
+        self.recorder.record_waiting()
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self.finder.kinks.take_sides(time, q, v)
@@ -248,8 +248,8 @@ class MinimalProblem:
         return self.model.coordinates.slipped(step.h, step.method.weights, stages, begin)
 
     def overlooked(self, step: Step, allowed: float) -> float:
-        """Part of a step after which a formula is not what it is at the stages; 1 if nowhere."""
-        return self._overlooked.part(step, allowed)
+        """Part of a step up to which its stages tell every formula; 1 if they do all along it."""
+        return self._pulses.part(step, allowed)
 
     def on_singularity(self, at_stop: bool = False) -> OnSingularity:
         """Tell where the last step tried was at a dead centre."""
@@ -270,8 +270,8 @@ class MinimalProblem:
         self.reached = self.came = True
 
     def cross(self, event: Crossing) -> None:
-        """Let the event's guard change the equations, once what waits for them is worked off."""
-        self.recorder.work_off()
+        """Let the event's guard change the equations, once the steps that wait are recorded."""
+        self.recorder.record_waiting()
         event.guard.cross(event.time)
 
     def end_of(self, step: Step) -> TreeState:

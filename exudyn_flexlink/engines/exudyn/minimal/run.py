@@ -179,7 +179,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
     with interrupts(run.solution.interrupt):
         try:
             run.solution.run()
-            run.recorder.work_off()
+            run.recorder.record_waiting()
         except DeadCentreError as error:
             complaint = str(error), LOCKED_ADVICE
         except NoConvergenceError as error:

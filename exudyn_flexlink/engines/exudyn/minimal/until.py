@@ -19,10 +19,10 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.events import (
-    COEFFICIENTS,
     DEGREE,
     FACTORIALS,
     TAYLOR_POWERS,
+    TO_POWERS,
     AlongStep,
     along_step,
 )
@@ -161,7 +161,7 @@ class UntilWatch:
         now = along_step(self._model, step)
         for k, sensor in enumerate(self._sensors):
             if not isinstance(sensor, Held):
-                powers[:, k] = COEFFICIENTS @ sensor.value(now)
+                powers[:, k] = TO_POWERS @ sensor.value(now)
         if self._until.by_forces:
             begin = step.begin.pick(None)
             nodes = joined([begin, step.stages])

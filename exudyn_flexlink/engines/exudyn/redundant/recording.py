@@ -101,10 +101,10 @@ class StepRecorder(BlockRecorder):
         """Take the end of a step, and where it leaves the slots' points; first the start."""
         self._rows.append((now.time, now.q, now.v, multipliers, places))
         if len(self._rows) > BLOCK:
-            self.work_off()
+            self.record_waiting()
 
-    def work_off(self) -> None:
-        """Work off the steps that wait; the end of the last is where the next ones start."""
+    def record_waiting(self) -> None:
+        """Record the steps that wait; the end of the last is where the next ones start."""
         first, count = self._balanced is None, len(self._rows)
         if count == 0 or (count == 1 and not first):
             return
