@@ -29,7 +29,7 @@ from exudyn_flexlink.mechanism.constraints import (
     slot_point,
 )
 from exudyn_flexlink.mechanism.least_motion import (
-    NOTHING,
+    NO_JOINT,
     LeastMotion,
     scale_roots,
     spanning_tree,
@@ -583,7 +583,7 @@ def _hung_by(mechanism: Mechanism, rigid: bool) -> dict[int, tuple[float, float]
         if rigid and within_body(mechanism, part, parent):
             continue
         at = in_slots.get(part, Anchor(part, *mechanism.parts[part].centre))
-        if joint != NOTHING:
+        if joint != NO_JOINT:
             ends = joints[joint].first, joints[joint].second
             at = next(end for end in ends if end.part == part)
         hung[part] = at.x, at.y

@@ -46,7 +46,7 @@ from exudyn_flexlink.mechanism.constraints import (
 from exudyn_flexlink.mechanism.contacts import approach, gradient, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
 from exudyn_flexlink.mechanism.least_motion import (
-    NOTHING,
+    NO_JOINT,
     LeastMotion,
     scale_roots,
     spanning_tree,
@@ -466,7 +466,7 @@ class _Search:
         tree, placed = self._tree, q + step
         joints = [*self._mechanism.attachments, *self._mechanism.slides]
         for part in tree.order:
-            if tree.joints[part] == NOTHING:
+            if tree.joints[part] == NO_JOINT:
                 continue
             joint = joints[tree.joints[part]]
             way = 1 if joint.second.part == part else -1

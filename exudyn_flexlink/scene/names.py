@@ -29,7 +29,7 @@ from exudyn_flexlink.scene.base import (
 from exudyn_flexlink.scene.bodies import CurveSpec, FlexibleBody, JoinedSpec, LapsSpec, RigidBody
 from exudyn_flexlink.scene.contacts import CircleOnCircle, HertzLaw, LineOnCurve, PointOnCurve
 from exudyn_flexlink.scene.forces import (
-    OF_DRIVES,
+    DRIVE_DIMENSIONS,
     ForceDrive,
     LinearSpring,
     RopeSpring,
@@ -569,7 +569,7 @@ def _drives(parts: Parts) -> Iterator[Mistake]:
             continue
         joint = parts.get("joints", drive.joint)
         if joint is not None and joint.type in ("revolute", "prismatic", "sleeve"):
-            wanted = OF_DRIVES[drive.type][joint.type != "revolute"]
+            wanted = DRIVE_DIMENSIONS[drive.type][joint.type != "revolute"]
             given = _powers(drive.value)
             if given is not None and given != wanted.powers._replace(rad=0):
                 message = f"expected {wanted.words}, since '{drive.joint}' is of type {joint.type}"
