@@ -1,4 +1,4 @@
-"""Stages of a run: at what formula joints let go, others close, and values change."""
+"""Stages of a run: when a formula rises through 0, joints open or close, and values change."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Plain = Annotated[Any, BeforeValidator(_frozen), WithJsonSchema(ANY)]
 
 
 class Added(Part):
-    """Parts that are there from a stage on."""
+    """Parts that exist from a stage on."""
 
     joints: Named[Joint] = by_name("joints that close as their points stand then")
     springs: Named[Spring] = by_name("springs; rest as they stand then where nothing is said")
@@ -58,15 +58,15 @@ class Stage(Part):
 
 
 def at_first(section: str, parts: Mapping[str, Value], stages: Sequence[Stage]) -> dict[str, Value]:
-    """Parts of a section without those that come in a later stage.
+    """Parts of a section without those that a later stage adds.
 
-    A scene may have these, too: a result's does, which knows the parts of all stages by name.
+    A scene of a result has all parts of all stages: see `whole_scene`.
     """
     return {n: part for n, part in parts.items() if not _comes_later(section, n, part, stages)}
 
 
 def _comes_later(section: str, name: str, part: object, stages: Sequence[Stage]) -> bool:
-    """Tell whether a stage adds this very part, and none before it removes it."""
+    """Tell whether a stage adds exactly this part, and no stage before removes one of its name."""
     for stage in stages:
         if f"{section}.{name}" in stage.remove:
             return False

@@ -266,7 +266,7 @@ class ContactGroup:
     def look(self, moving: Moving) -> tuple[Look, Rows]:
         """Look at all, with gradients, by which forces act on coordinates."""
         look = self.shapes.look(poses(moving))
-        carried = self._kinematics.carries(moving.places, look.at) * self._moved
+        carried = self._kinematics.carries(moving.places, look.point) * self._moved
         across = (look.normal.conj()[..., None] * carried).real + self._stopped
         for i, pieces in self._ropes:
             across[..., i, :] = self._pulls(moving, pieces).sum(axis=-2)
@@ -280,7 +280,7 @@ class ContactGroup:
         """Derivatives (..., pieces, links) of how much shorter the pieces of a rope are."""
         look = pieces.look(poses(moving))
         first, second = self._kinematics.moved_by[pieces.links].astype(float)
-        carried = self._kinematics.carries(moving.places, look.at) * (first - second)
+        carried = self._kinematics.carries(moving.places, look.point) * (first - second)
         return np.asarray((look.normal.conj()[..., None] * carried).real)
 
     def gap_bends(self, moving: Moving, look: Look) -> FloatArray:
@@ -386,7 +386,7 @@ class ActingContacts(ContactGroup):
     def _past(self, moving: Moving, look: Look) -> FloatArray:
         """Derivatives (a, links) of how far `at` moves past `centre`, across the normal."""
         carries = self._kinematics.carries
-        first, second = (carries(moving.places, place) for place in (look.at, look.centre))
+        first, second = (carries(moving.places, place) for place in (look.point, look.centre))
         moved = first * (self._moved + self._second) - second * self._second
         return np.asarray((look.along.conj()[:, None] * moved).real)
 

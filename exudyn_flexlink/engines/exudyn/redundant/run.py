@@ -30,7 +30,12 @@ from exudyn_flexlink.engines.exudyn.redundant.contacts import (
 from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept, StepRecorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import Kinks, SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
-from exudyn_flexlink.engines.exudyn.redundant.system import System, add_loads, build_system, sense
+from exudyn_flexlink.engines.exudyn.redundant.system import (
+    System,
+    add_loads,
+    build_system,
+    loads_sense_state,
+)
 from exudyn_flexlink.engines.finer import seeded
 from exudyn_flexlink.engines.interrupts import interrupts, outcome_of
 from exudyn_flexlink.engines.recording import Histories
@@ -378,7 +383,7 @@ def _settings(prepared: Prepared, first: float) -> Any:
     time.generalizedAlpha.computeInitialAccelerations = False
     time.newton.useModifiedNewton = True
     time.newton.modifiedNewtonJacUpdatePerStep = True
-    time.computeLoadsJacobian = int(sense(prepared.system))
+    time.computeLoadsJacobian = int(loads_sense_state(prepared.system))
     time.newton.relativeTolerance, time.newton.absoluteTolerance = prepared.system.newton
     time.verboseMode = 0
     settings.solution.file.write = False
