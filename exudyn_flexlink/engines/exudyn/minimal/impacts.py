@@ -1,4 +1,4 @@
-"""Impacts by impulse: what happens at the instant at which gaps of rigid contacts close.
+"""Impacts by impulse, at an instant at which gaps of rigid contacts close.
 
 The configuration stays, the speeds z' jump by impulses p along the gaps' gradients G:
 
@@ -7,10 +7,10 @@ The configuration stays, the speeds z' jump by impulses p along the gaps' gradie
 with g' the rates of the gaps before (a) and after (s): Newton's law of impact for all contacts that
 are closed at that instant, as complementarity (J. J. Moreau, in *Nonsmooth Mechanics and
 Applications*, Springer 1988; F. Pfeiffer and Ch. Glocker, *Multibody Dynamics with Unilateral
-Contacts*, Wiley 1996, ch. 8). The kinetic energy changes by ``p (g'_a + g'_s)/2`` of each, and by
-what drives do that keep their speeds. Bounces get shorter and shorter; where the next one would be
-too low to be seen, the contact lasts: which of those at rest press follows likewise from their
-accelerations.
+Contacts*, Wiley 1996, ch. 8). The kinetic energy changes by ``p (g'_a + g'_s)/2`` of each contact,
+and by the work of drives that keep their speeds. Bounces get shorter and shorter; where the next
+bounce would be too low to be seen, the contact rests. Which of the resting contacts press is again
+a complementarity problem, of their accelerations.
 """
 
 from __future__ import annotations
@@ -53,14 +53,13 @@ from exudyn_flexlink.integrate.events import EVENT_TIME
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
 
-CLOSED_GAP = 1e-15  # m: a gap so small is closed, by rounding
-SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
-# m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
-# what a gap is off by, and nobody sees that.
+CLOSED_GAP = 1e-15  # m: a smaller gap is rounding, and counts as closed
+SAME_INSTANT = 10.0  # times the error of an instant: a gap that is zero so soon counts as closed
+# m/s: a slower point that leaves a contact counts as at rest. Errors of gaps give it such speeds,
+# and nobody sees that.
 INVISIBLE_SPEED = 1e-4
-# Of the sizes of the parts that a gap's acceleration sums up: below this, treated as zero.
-NO_ACCELERATION = 1e-9
-# Of an impact's largest impulse, and of how far it moves a gap: less is not passed on.
+NO_ACCELERATION = 1e-9  # of the sizes of an acceleration's terms: a smaller sum counts as zero
+# Of an impact's largest impulse, or of its largest effect on a gap: a smaller one is rounding.
 NOTHING_PASSED_ON = 1e-6
 TINY = float(np.finfo(float).tiny)
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
@@ -68,19 +67,20 @@ UNEVEN = "turns slip back where the bodies are not round about it: that would ma
 
 
 def meets(touch: Touch, time: float) -> bool:
-    """Tell whether a gap is closed at a time (s), as exactly as instants are known."""
+    """Tell whether a gap is closed at a time (s), but for the error of the instant."""
     return abs(touch.gap) <= CLOSED_GAP + SAME_INSTANT * instant(time, EVENT_TIME) * abs(
         touch.gap_rate
     )
 
 
 class Jump(NamedTuple):
-    """Jump of the independent speeds, and of each contact (c,) what it does.
+    """Jump of the independent speeds in an impact, and the part of each contact (c,) in it.
 
-    Impulse (N s), rate of the gap before and after (m/s), energy lost, work of the drives that keep
-    their speeds (J), and the impulse of friction (N s). Of each joint (joints,) what its friction
-    loses (J); `motor_work` has those drives' work by that, too, at its end. `rates` (links,) are
-    jumps of all speeds, `held` (links,) the impulses of motors, slots and loops.
+    Of contacts: `impulse` and the impulse `rub` of friction (N s), rates of the gap `before` and
+    `after` (m/s), energy `lost` (J), and `motor_work` (c + 1,), J, of the drives that keep their
+    speeds; its last entry is their work against friction in joints. `joints_lost` (joints,), J, is
+    the energy that friction in joints takes. `rates` (links,) are jumps of all speeds, `held`
+    (links,) the impulses of motors, slots and loops.
     """
 
     speeds: FloatArray
@@ -96,9 +96,10 @@ class Jump(NamedTuple):
 
 
 class Blow(NamedTuple):
-    """Impulses of contacts (c,) across and along them, and in joints (j,); rates after.
+    """Impulses `push` and `rub` of contacts (c,), and those in `joints` (j,), N s.
 
-    Of those in joints, `lock` is what freewheels hold; the rest is friction.
+    Of the impulses in joints, `lock` is the part by which freewheels lock; the rest is friction.
+    `after` and `slip` are the rates of the gaps and the slips after the impact, m/s.
     """
 
     push: FloatArray
@@ -110,7 +111,7 @@ class Blow(NamedTuple):
 
 
 def jump_of(
-    at: Evaluation,
+    evaluation: Evaluation,
     gaps: Gaps,
     restitution: FloatArray,
     laws: Sequence[RigidContact],
@@ -119,21 +120,21 @@ def jump_of(
     """Jump at one state, by contacts (c,) that are closed.
 
     Raises:
-        ArithmeticError: drives press contacts together that nothing lets give way, or friction has
-            no answer, or more than one.
+        ArithmeticError: drives press rigid contacts together, or friction has no solution, or
+            several.
 
     """
-    state: TreeState = at.kept.state
+    state: TreeState = evaluation.kept.state
     matrix, count = state.transform.matrix, len(laws)
     of_contacts = np.concatenate([gaps.rows, gaps.slides])
-    struck = joints.struck(at)
-    struck = struck[moved_by(of_contacts @ matrix, joints.rows[struck] @ matrix, at.mass)]
+    struck = joints.struck(evaluation)
+    struck = struck[moved_by(of_contacts @ matrix, joints.rows[struck] @ matrix, evaluation.mass)]
     rows = np.concatenate([of_contacts, joints.rows[struck]])
     free = rows @ matrix
     free[:count] = gaps.free
-    mobility = free @ np.linalg.solve(at.mass, free.T)
+    mobility = free @ np.linalg.solve(evaluation.mass, free.T)
     if len(struck):
-        felt = joints.impulses_by(at, free, rows)[:, struck]
+        felt = joints.impulses_by(evaluation, free, rows)[:, struck]
         speeds = joints.rows[struck] @ state.v
         none = np.zeros(len(struck))
         bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck, none)
@@ -142,21 +143,21 @@ def jump_of(
         blow = _blow(mobility, gaps, restitution, laws)
         speeds = np.zeros(0)
     impulses = np.concatenate([blow.push, blow.rub, blow.joints])
-    # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
+    # `after` follows Newton's law exactly, so that a small bounce is not lost in rounding.
     before = gaps.touching[:, 1]
-    jumps = np.linalg.solve(at.mass, free.T) * impulses
+    jumps = np.linalg.solve(evaluation.mass, free.T) * impulses
     rates = matrix @ jumps
-    drives = at.kept.mass @ rates - rows.T * impulses
+    drives = evaluation.kept.mass @ rates - rows.T * impulses
     work = drives.T @ state.v
     of_each, of_joints = work[:count] + work[count : 2 * count], work[2 * count :].sum()
     turned = speeds + speeds + mobility[2 * count :] @ impulses
     joints_lost = np.zeros(len(joints.all))
     joints_lost[struck] = -0.5 * (blow.joints - blow.lock) * turned
-    # A freewheel locks once its speed has come to zero, and does no work by itself: what these
-    # formulas say it does, contacts do that turn it.
+    # A freewheel locks when its speed is zero, and does no work. The work that these formulas give
+    # it belongs to the contacts that turn it.
     turns = np.abs(mobility[2 * count :, : 2 * count] * impulses[: 2 * count])
     turns = turns[:, :count] + turns[:, count:]
-    whole = np.maximum(turns.sum(axis=1), TINY)  # 0 of a freewheel that none turns
+    whole = np.maximum(turns.sum(axis=1), TINY)  # 0 if no contact turns a freewheel
     locked = (blow.lock * turned / whole) @ turns
     closed = blow.push * (before + blow.after) + locked
     slid = blow.rub * (gaps.slip + blow.slip)
@@ -175,7 +176,7 @@ def jump_of(
 
 
 def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArray:
-    """Tell which of `others` (k, n) impulses along some rows (m, n) move."""
+    """Tell which of the rows `others` (k, n) impulses along `rows` (m, n) move."""
     both = np.concatenate([rows, others])
     arms = np.linalg.solve(mass, both.T)
     sizes = np.sqrt(np.einsum("kn,nk->k", both, arms))
@@ -187,7 +188,7 @@ def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArra
 def _blow(
     mobility: FloatArray, gaps: Gaps, restitution: FloatArray, laws: Sequence[RigidContact]
 ) -> Blow:
-    """Impulses by speeds (2c, 2c) that units of them make, across and along all contacts."""
+    """Impulses of contacts; `mobility` (2c, 2c) has speeds, across and along, by unit impulses."""
     before, count = gaps.touching[:, 1], len(laws)
     none = np.zeros(0)
     masses = mobility.reshape(2, count, 2, count)
@@ -219,9 +220,9 @@ def _all_at_once(
     laws: Sequence[RigidContact],
     moved: FloatArray | None = None,
 ) -> RubbingImpact:
-    """What contacts do, one or more of which rub; those without a law are smooth.
+    """Impact of contacts of which one or more rub; the arguments are those of `rubbing_impact`.
 
-    Arguments are those of `rubbing_impact`, with the laws of the first contacts.
+    `laws` are those of the first contacts; the others, without a law, are smooth.
     """
     turned = [law.name for law in laws if law.tangential != 0]
     if turned:
@@ -236,11 +237,11 @@ def _all_at_once(
 
 
 class JointBounds(NamedTuple):
-    """Joints (j,) that take an impulse: shares of the impulse in the joint, speeds before.
+    """Joints (j,) that act in an impact: shares of the impulse in the joint, and speeds before.
 
-    `felt` (2c + j, j, 2) are impulses in them by units of those of contacts, across and along, and
-    of their own friction; `which` are their numbers among all `joints`. `rub` (j,) are impulses of
-    that friction as far as they are known.
+    `felt` (2c + j, j, 2) are impulses in these joints by unit impulses of contacts, across and
+    along, and of the joints' friction; `which` are their numbers among all `joints`. `rub` (j,) are
+    impulses of friction, as far as the iteration knows them.
     """
 
     shares: FloatArray
@@ -258,12 +259,12 @@ def _with_joints(
     laws: Sequence[RigidContact],
     joints: JointBounds,
 ) -> Blow:
-    """Impulses of contacts, and of friction in joints, which is bounded by the joints' own.
+    """Impulses of contacts, and of friction in joints, which the impulses in the joints bound.
 
-    A joint that slides after is braked by all of its bound, as by Coulomb's law in contacts.
+    If a joint slides after the impact, its friction is at the bound, as by Coulomb's law.
 
     Raises:
-        LockedError: the bound grows with the friction itself.
+        LockedError: the bound grows as fast as the friction itself.
 
     """
     contacts = 2 * len(laws)
@@ -275,7 +276,8 @@ def _with_joints(
         bound = joints.shares * np.linalg.norm(np.einsum("kji,k->ji", joints.felt, whole), axis=1)
         rub = within_bounds(mobility[contacts:, contacts:], free, (-bound, bound))
         change, joints = np.abs(rub - joints.rub), joints._replace(rub=rub)
-        # Beside what would stop each joint: what is zero but for rounding never settles.
+        # A change counts beside what would stop each joint: an impulse that is zero but for
+        # rounding never settles.
         moved = np.abs(joints.speeds) + np.abs(mobility[contacts:]) @ np.abs(impulses)
         if (change <= SEARCH_ROUNDING * moved / np.diag(mobility)[contacts:]).all():
             return blow._replace(joints=blow.lock + rub)
@@ -289,9 +291,9 @@ def _beside_joints(
     laws: Sequence[RigidContact],
     joints: JointBounds,
 ) -> Blow:
-    """Impulses of contacts, and those (j,) with which freewheels lock, beside friction of joints.
+    """Impulses of contacts, and those (j,) by which freewheels lock, with given friction in joints.
 
-    A freewheel is as one more contact, smooth and without a bounce; only its drag is friction.
+    A freewheel is treated as one more contact, smooth and without bounce; its drag is friction.
 
     Raises:
         ArithmeticError: no impulses are known, or energy would be gained.
@@ -304,7 +306,7 @@ def _beside_joints(
     numbers = np.r_[:count, contacts + wheels, count:contacts]
     signs = np.ones(len(numbers))
     signs[count:closing] = one_way[wheels]
-    # Freewheels have no speed along themselves.
+    # Freewheels have speeds across, and none along.
     system, speeds, moved = np.zeros((2 * closing,) * 2), *np.zeros((2, 2 * closing))
     used = slice(len(numbers))
     system[used, used] = mobility[np.ix_(numbers, numbers)] * signs[:, None] * signs
@@ -331,7 +333,7 @@ def _beside_joints(
 
 
 def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
-    """Tell whether one of some closed contacts that rubs moves others, or is moved by them.
+    """Tell whether a closed contact that rubs moves other contacts, or is moved by them.
 
     `moved` (2, c, 2, c) are speeds across and along contacts by 1 N s across and along each, 1/kg.
     """
@@ -342,7 +344,7 @@ def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
 
 
 def _meeting(moved: FloatArray, gaps: Gaps, c: int, name: str) -> Meeting:
-    """What an impact of contact c moves, by `inverse_masses`."""
+    """The impact of contact c alone; `moved` is that of `coupled`."""
     mobilities = moved[1, c, 1, c], moved[0, c, 0, c], moved[0, c, 1, c]
     along, of_normal, both = map(float, mobilities)
     return Meeting(along, of_normal, both, float(gaps.slip[c]), float(gaps.touching[c, 1]), name)
@@ -350,7 +352,7 @@ def _meeting(moved: FloatArray, gaps: Gaps, c: int, name: str) -> Meeting:
 
 def _rubbed(meeting: Meeting, law: RigidContact, restitution: float) -> tuple[float, float]:
     """Impulses (N s) of an impact across and along a contact that rubs."""
-    assert law.friction is not None  # only those are asked for
+    assert law.friction is not None  # only contacts that rub come here
     if meeting.rate >= 0:
         return 0.0, 0.0
     pressed, rub = impulses(meeting, law.friction.coefficient, restitution)
@@ -381,7 +383,7 @@ class Impacts:
         return self.model.rigid.all
 
     def change(self, time: float, k: int) -> None:
-        """Contact k closes, opens, or its point passes the face's line beside it."""
+        """Contact k closes or opens, or its point passes beside the face."""
         touch = self.finder.touch(k)
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
         if what is Change.CLOSES:
@@ -397,9 +399,9 @@ class Impacts:
         """Let contacts that are closed bounce, or rest."""
         before = self.finder.seen
         which = [k for k in self._contacts if k == struck or self._is_closed(time, k)]
-        at, gaps = self._look(time, which)
+        state, gaps = self._look(time, which)
         restitution = np.array([self._contacts[k].restitution for k in which])
-        free = gaps.free @ at.accelerations + gaps.bend
+        free = gaps.free @ state.accelerations + gaps.bend
         over = np.array(
             [
                 self.finder.presses(k) or is_over(-gaps.touching[c, 1], restitution[c], free[c])
@@ -409,13 +411,13 @@ class Impacts:
         restitution = np.where(over, 0.0, restitution)
         if gaps.touching[:, 1].min() < 0:
             laws = [self._contacts[k] for k in which]
-            jump = jump_of(at, gaps, restitution, laws, self.model.frictions)
+            jump = jump_of(state, gaps, restitution, laws, self.model.frictions)
             self._jump(time, jump, which, over)
             hit = np.flatnonzero(jump.impulse > NOTHING_PASSED_ON * jump.impulse.max())
-            moved = np.abs(mobility(gaps, at.mass)[1][np.ix_(hit, hit)])
+            moved = np.abs(mobility(gaps, state.mass)[1][np.ix_(hit, hit)])
             if restitution[hit].any() and np.triu(moved, 1).max() > NOTHING_PASSED_ON * moved.max():
                 self.together.append((time, [self._bounces[which[c]].name for c in hit]))
-        # The next bounce of one that was struck as it went away is lower than gaps are known to.
+        # A point that leaves more slowly than this would bounce lower than the error of its gap.
         slow = {k: INVISIBLE_SPEED if k == struck else REST_SPEED for k in which}
         resting = [
             k
@@ -438,7 +440,7 @@ class Impacts:
         return apart and touch.gap_rate <= REST_SPEED and meets(touch, time)
 
     def _jump(self, time: float, jump: Jump, which: Sequence[int], over: BoolArray) -> None:
-        """Let the speeds jump, and write down the impacts."""
+        """Let the speeds jump, and record the impacts."""
         coordinates, before = self.model.coordinates, self.finder.seen
         z, v = coordinates.independent()
         end = self.model.state(time, z, v + jump.speeds)
@@ -462,30 +464,31 @@ class Impacts:
     def _rest(
         self, time: float, resting: Sequence[int], struck: int | None, approach: dict[int, float]
     ) -> None:
-        """Let those of the contacts at rest press that have to, and open the others.
+        """Let those contacts at rest press that forces close, and open the others.
 
-        The gap of `struck` falls; `approach` (m/s) are speeds at which contacts came to rest.
+        The gap of contact `struck` has just come to zero; `approach` (m/s) are the speeds at which
+        contacts came to rest.
         """
         if not resting:
             return
         with self.model.touches.without(resting):
             self.finder.frictions.settle(time, *self.model.coordinates.independent())
-            at, gaps = self._look(time, resting)
+            state, gaps = self._look(time, resting)
             soon = None if struck is None else self._free_soon(time, resting)
-        now = at.accelerations
+        now = state.accelerations
         free = gaps.free @ now + gaps.bend
-        pushed = self.model.rigid.pushing(resting, gaps, at.kept.state)[1]
+        pushed = self.model.rigid.pushing(resting, gaps, state.kept.state)[1]
         smooth = pushed is gaps.free
-        moved = self.model.rigid.opened(resting, gaps, mobility(gaps, at.mass)[0], pushed)
+        moved = self.model.rigid.opened(resting, gaps, mobility(gaps, state.mass)[0], pushed)
         count, known = len(resting), np.zeros(0)
         if self.model.frictions.all:
-            answer = self.model.frictions.answer(at)
-            moved, known = answer.moved(gaps.free, pushed, at.mass), answer.lock
+            answer = self.model.frictions.answer(state)
+            moved, known = answer.moved(gaps.free, pushed, state.mass), answer.lock
             free = np.append(free, answer.away)
         acting = complementary(moved, free - moved[:, count:] @ known, symmetric=smooth)
         press = acting[:count]
-        # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
-        # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
+        # A gap that closes without any acceleration yet will be pressed soon. If a spring has just
+        # no force, the present acceleration is rounding; a moment later it is the spring's.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
         soonest = free[:count] if soon is None else np.minimum(free[:count], soon)
         answered = moved[:count] @ (acting - np.append(np.zeros(count), known))
@@ -498,7 +501,7 @@ class Impacts:
                 self._change(time, k, Change.OPENS)
 
     def _change(self, time: float, k: int, what: Change, rate: float | None = None) -> None:
-        """Contact k begins or ends, with the `rate` of its gap (m/s) if that is not the present."""
+        """Contact k begins or ends; `rate` (m/s) is that of its gap, if not the present one."""
         touch = self.finder.touch(k)
         rate = touch.gap_rate if rate is None else rate
         now = Moment(time, touch.place, rate, self.recorder.totals_of(k))
@@ -509,17 +512,17 @@ class Impacts:
     def _look(
         self, time: float, which: Sequence[int], later: float = 0.0
     ) -> tuple[Evaluation, Gaps]:
-        """Look at the state now, or a moment `later` (s), and at the gaps of some contacts then."""
+        """Evaluate the present state, or that `later` by a time (s), with gaps of some contacts."""
         z, v = self.model.coordinates.independent()
-        at = self.model.evaluate(time + later, z + later * v, v)
-        gaps = self.model.rigid.gaps(which, at.kept.state.pick(None))
-        return at, gaps.pick(0)
+        state = self.model.evaluate(time + later, z + later * v, v)
+        gaps = self.model.rigid.gaps(which, state.kept.state.pick(None))
+        return state, gaps.pick(0)
 
     def _free_soon(self, time: float, which: Sequence[int]) -> FloatArray:
-        """Accelerations (m/s^2) of gaps without force, as late as counts as the same instant."""
+        """Accelerations (m/s^2) of gaps without force, at the end of what counts as one instant."""
         moment = SAME_INSTANT * instant(time, EVENT_TIME)
-        at, gaps = self._look(time, which, moment)
-        return np.asarray(gaps.free @ at.accelerations + gaps.bend)
+        state, gaps = self._look(time, which, moment)
+        return np.asarray(gaps.free @ state.accelerations + gaps.bend)
 
 
 def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:
