@@ -444,7 +444,7 @@ class _Limits(Part):
     @field_validator("to", check_fields=False)
     @classmethod
     def _above_from(cls, to: float | None, info: ValidationInfo) -> float | None:
-        """Compare both ends, even if the law has mistakes; a check of the whole part would not run."""
+        """Compare both ends, even if the law has mistakes, when no check of the part would run."""
         low = info.data.get("from_")
         if low is not None and to is not None and low >= to:
             refuse("must be greater than 'from'")
