@@ -42,7 +42,7 @@ LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner
 LEAST_LENGTH = 1e-300  # m, of a piece of a rope: one without length has no direction
 
 
-class Turning(Protocol):
+class EndsByTurns(Protocol):
     """A problem whose run ends as so many turns are made."""
 
     reached: bool
@@ -52,7 +52,7 @@ class Turning(Protocol):
 class TurnsGuard(Guard):
     """The turns that end the run are made."""
 
-    problem: Turning
+    problem: EndsByTurns
 
     def cross(self, time: float) -> None:  # noqa: ARG002
         """End the run."""

@@ -323,7 +323,7 @@ class TorsionalSpring(Part):
         None, description="part of critical damping; or 'damping'"
     )
     rest_angle: si.Angle | None = Field(
-        None, description="angle of the joint without torque; left out: as assembled"
+        None, description="angle of the joint at which it has no torque; left out: as assembled"
     )
 
     @model_validator(mode="after")
@@ -376,9 +376,9 @@ class LinearSpring(Part):
     )
     length: si.Coordinate | None = Field(
         None,
-        description="without force; along a joint how far its second point is from its first, with "
-        "a sign; left out: as assembled. One of length 0 between points draws them together, its "
-        "damper in every direction too",
+        description="length without force; along a joint that from its first point to its second, "
+        "with a sign; left out: as assembled. With length 0 between points it pulls them together, "
+        "and its damper acts in every direction",
     )
 
     @model_validator(mode="after")
@@ -463,8 +463,8 @@ class RopeSpring(Part):
     damping: si.NonNegativeDamping = Field(0.0, description="tension per rate of that stretch")
     length: Annotated[float | Expression, Varying(Dimension.LENGTH)] | None = Field(
         None,
-        description="without tension: a number, or a formula of time, as of a winch; left out: as "
-        "assembled",
+        description="length without tension: a number, or a formula of time, as of a winch; left "
+        "out: as assembled",
     )
 
     @model_validator(mode="after")

@@ -316,8 +316,8 @@ class RevoluteJoint(PointsJoint):
     )
     freewheel: Literal["forward", "backward"] | None = Field(
         None,
-        description="the one way in which the second body may turn relative to the first, forward: "
-        "counter-clockwise; locked against the other; not with clearance",
+        description="direction in which the second body may turn relative to the first; forward: "
+        "counter-clockwise; the other direction is locked; not with clearance",
     )
 
     @property

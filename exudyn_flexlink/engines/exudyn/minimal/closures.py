@@ -200,8 +200,8 @@ def partition(jacobian: FloatArray, known: IndexArray) -> Partition:
     return Partition(dependent, free, rows)
 
 
-class Placed(NamedTuple):
-    """All coordinates y (n, all) at instants t (n,), s, by independent ones z (n, independent).
+class LoopSolution(NamedTuple):
+    """Coordinates y (n, all) that close all loops at instants t (n,), s, by independent z (n, free).
 
     They are in the order of the partition: dependent ones w, independent ones, known ones. `terms`
     (n, terms) are those of the closures, `inverse` (n, dependent, dependent) is that of their
@@ -256,7 +256,9 @@ class ClosureSolver:
         f = self.table.values(y, self._closures.curves)
         return self.table.slopes(f)[:, :dependent, :dependent]
 
-    def placed(self, t: FloatArray, z: FloatArray, y: FloatArray, lengths: FloatArray) -> Placed:
+    def placed(
+        self, t: FloatArray, z: FloatArray, y: FloatArray, lengths: FloatArray
+    ) -> LoopSolution:
         """Close all loops, from coordinates `y` (n, all) on, which are overwritten.
 
         `lengths` (dependent,), m, are how far a unit of each dependent coordinate moves anything.
@@ -289,7 +291,7 @@ class ClosureSolver:
             open_by = np.abs(slopes[:, :, -1] * self._scale).max(initial=0.0)
             if open_by > OPEN * max(1.0, self._size):
                 raise DeadCentreError(NOT_CLOSED)
-        return Placed(t, z, y, f, np.asarray(inverse), -solved[:, :, :-1])
+        return LoopSolution(t, z, y, f, np.asarray(inverse), -solved[:, :, :-1])
 
 
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
@@ -329,7 +331,7 @@ class ClosedCoordinates:
         self._choose(partition(self._jacobian(self._y), self.closures.known))
         z, v = self.independent()
         state = self.states_at_stages(np.zeros(1), z[None], v[None])
-        self._last: Placed | None = None  # of the last step tried; none was yet
+        self._last: LoopSolution | None = None  # of the last step tried; none was yet
         if self._gains.max() > 1 / UNSEEN:  # independent coordinates determine no speeds, no forces
             raise DeadCentreError(AT_DEAD_CENTRE)
         self.settle(0.0, state.pick(0), np.zeros(len(z)))
@@ -426,12 +428,14 @@ class ClosedCoordinates:
         self._gains = np.asarray(np.abs(moved).reshape(len(t), -1).max(1, initial=0.0))
         return self._moving(t, v, given, self._last)
 
-    def _placed(self, t: FloatArray, z: FloatArray, given: FloatArray) -> Placed:
+    def _placed(self, t: FloatArray, z: FloatArray, given: FloatArray) -> LoopSolution:
         """All coordinates at instants, from the independent and the known ones."""
         lengths = self._present_scale[self._split.dependent]
         return self._solver.placed(t, z, self._guess(t, z, given), lengths)
 
-    def _moving(self, t: FloatArray, v: FloatArray, given: FloatArray, placed: Placed) -> TreeState:
+    def _moving(
+        self, t: FloatArray, v: FloatArray, given: FloatArray, placed: LoopSolution
+    ) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
         (instants, dependent, _), free = placed.reach.shape, v.shape[1]
         known, links = dependent + free, self._links  # index of the first known coordinate

@@ -89,7 +89,7 @@ class Coordinates:
 
 
 @dataclass(frozen=True)
-class _Placed:
+class _BeamColumns:
     """A beam, its columns among all coordinates, and the matrix to the ends of its rods."""
 
     link: BeamLink
@@ -111,7 +111,7 @@ class BeamCoordinates(Coordinates):
     def __init__(self, assembly: Assembly, beams: tuple[BeamLink, ...]) -> None:
         super().__init__(assembly)
         self._gravity = np.asarray(self.mechanism.gravity)
-        self._beams: list[_Placed] = []
+        self._beams: list[_BeamColumns] = []
         self._rigid: list[tuple[int, int]] = []  # part, first coordinate
         self._lay_out(beams)
         _refuse_bent(assembly.state.q, assembly.state.v, beams)
@@ -126,7 +126,7 @@ class BeamCoordinates(Coordinates):
             if i in starts:
                 shape = starts[i].shape
                 places = np.cumsum([0.0, *starts[i].lengths])
-                self._beams.append(_Placed(starts[i], first, shape.rows(places)))
+                self._beams.append(_BeamColumns(starts[i], first, shape.rows(places)))
                 weights += [1.0, 1.0, shape.element, shape.element] * (shape.count // 2)
             elif i not in inside:
                 self._rigid.append((i, first))

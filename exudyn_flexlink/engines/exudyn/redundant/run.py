@@ -29,7 +29,7 @@ from exudyn_flexlink.engines.exudyn.redundant.contacts import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept, StepRecorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import Kinks, SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
+from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop, StepChooser
 from exudyn_flexlink.engines.exudyn.redundant.system import (
     System,
     add_loads,
@@ -86,10 +86,10 @@ class Prepared:
 
 def finish(prepared: Prepared, complaint: str) -> Result:
     """Put the Result together; its timings are still to come."""
-    return _RunReader(prepared).result(complaint)
+    return _SolverRunReader(prepared).result(complaint)
 
 
-class _RunReader:
+class _SolverRunReader:
     """Reads what a run recorded, and puts its Result together."""
 
     def __init__(self, prepared: Prepared) -> None:
@@ -285,7 +285,7 @@ def prepare(
         ExtremeSeeker(watched, pressing, HERMITE),
         contacts.touches,
     )
-    chooser = ErrorControl(scene.accuracy, end, system.coordinates.weights, limits)
+    chooser = StepChooser(scene.accuracy, end, system.coordinates.weights, limits)
     goal = turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
     meter = ProgressMeter(progress, end)
