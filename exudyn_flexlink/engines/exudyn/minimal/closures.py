@@ -201,7 +201,7 @@ def partition(jacobian: FloatArray, known: IndexArray) -> Partition:
 
 
 class LoopSolution(NamedTuple):
-    """Coordinates y (n, all) that close all loops at instants t (n,), s, by independent z (n, free).
+    """Coordinates y (n, all) that close all loops at instants t (n,), s, from independent z.
 
     They are in the order of the partition: dependent ones w, independent ones, known ones. `terms`
     (n, terms) are those of the closures, `inverse` (n, dependent, dependent) is that of their
