@@ -210,10 +210,10 @@ class Histories:
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:
     """Force (instants, 2), N, on the first part where it presses by `press` (instants,), N."""
-    at = approach(contact, q, v)
-    push = press[:, None] * at.normal
+    look = approach(contact, q, v)
+    push = press[:, None] * look.normal
     if contact.friction is not None:
-        push = push + (at.grip * contact.friction.force(press, at.slip))[:, None] * at.along
+        push = push + (look.grip * contact.friction.force(press, look.slip))[:, None] * look.along
     return np.asarray(push)
 
 
@@ -329,7 +329,7 @@ class BlockRecorder(ABC):
         """Record the steps that wait, see `_book`."""
 
     @abstractmethod
-    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
+    def motion(self, rows: Kept) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (m, parts, 3) at instants that are kept."""
 
     # --- samples ------------------------------------------------------------------------------
@@ -441,8 +441,8 @@ class BlockRecorder(ABC):
         self._last = known.pick(nodes[-1, -1:])
         self._ends.append(ends)
         step_nodes = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
-        at = self.motion(known.pick(step_nodes.ravel()))
-        poses, rates = (column.reshape(*step_nodes.shape, *column.shape[1:]) for column in at)
+        motion = self.motion(known.pick(step_nodes.ravel()))
+        poses, rates = (column.reshape(*step_nodes.shape, *column.shape[1:]) for column in motion)
         times = steps.t[steps.h > 0], steps.h[steps.h > 0]
         pressed = known.pressed[step_nodes[:, 0]]
         if approach is None:
@@ -551,24 +551,24 @@ class BlockRecorder(ABC):
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
 
-    def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
+    def energies(self, kept: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
-        lost, supplied = at.totals[:, :2].T.copy()
-        touched = np.flatnonzero(at.pressed.any(axis=0))
-        rows = np.flatnonzero(at.pressed[:, touched].any(axis=1))
+        lost, supplied = kept.totals[:, :2].T.copy()
+        touched = np.flatnonzero(kept.pressed.any(axis=0))
+        rows = np.flatnonzero(kept.pressed[:, touched].any(axis=1))
         contacts = [self.contacts[k] for k in touched.tolist()]
-        at_rows = poses_of(poses[rows], rates[rows], at.t[rows])
+        at_rows = poses_of(poses[rows], rates[rows], kept.t[rows])
         gaps = ContactShapes(contacts).seen(at_rows).gap
         for k, contact, gap in zip(touched.tolist(), contacts, gaps.T, strict=True):
-            elastic = np.where(at.pressed[rows, k], contact.law.stored_energy(-gap), 0.0)
+            elastic = np.where(kept.pressed[rows, k], contact.law.stored_energy(-gap), 0.0)
             stored[rows] += elastic
             lost[rows] -= elastic
         return np.stack([kinetic, stored, lost, supplied], axis=1)
 
-    def residuals(self, at: Kept, poses: FloatArray) -> FloatArray:
+    def residuals(self, rows: Kept, poses: FloatArray) -> FloatArray:
         """How far joints are open, m."""
-        return joint_residuals(self.mechanism, poses, at.places)
+        return joint_residuals(self.mechanism, poses, rows.places)
 
 
 def together(parts: list[Kept]) -> Kept:

@@ -190,8 +190,8 @@ class ExtremeSeeker:
             for k, pressing_rows in zip(which, rows, strict=True)
         ]
         time, length = (part[np.concatenate(rows)] for part in steps)
-        depth = np.concatenate([-at.gap for at in seen])
-        rate = np.concatenate([-at.gap_rate for at in seen])
+        depth = np.concatenate([-times.gap for times in seen])
+        rate = np.concatenate([-times.gap_rate for times in seen])
         speeds = np.concatenate(
             [began[pressing_rows, k] for k, pressing_rows in zip(which, rows, strict=True)]
         )
@@ -200,11 +200,11 @@ class ExtremeSeeker:
         speed = step.derivative(depths) / length[:, None]
         low, high = np.zeros(len(depths)), np.ones(len(depths))
 
-        def force(at: FloatArray) -> FloatArray:
-            return law.force(step.value(depths, at), step.value(speed, at), speeds[:, None])
+        def force(times: FloatArray) -> FloatArray:
+            return law.force(step.value(depths, times), step.value(speed, times), speeds[:, None])
 
         hardest = highest(force, low, high, LOOKS_AT_FORCES)
-        lowest = highest(lambda at: step.value(depths, at), low, high, LOOKS_AT_FORCES)
+        lowest = highest(lambda times: step.value(depths, times), low, high, LOOKS_AT_FORCES)
         columns = (
             time + hardest * length,
             force(hardest[:, None])[:, 0],

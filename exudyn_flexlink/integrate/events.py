@@ -37,16 +37,19 @@ def highest(
     """
     rows = np.arange(len(low))
     for points in looks:
-        at = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, points)
-        values = value(at)
+        times = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, points)
+        values = value(times)
         best = np.argmax(values, axis=1)
-        low, high = at[rows, np.maximum(best - 1, 0)], at[rows, np.minimum(best + 1, points - 1)]
+        low, high = (
+            times[rows, np.maximum(best - 1, 0)],
+            times[rows, np.minimum(best + 1, points - 1)],
+        )
     middle = np.clip(best, 1, points - 2)
     before, top, after = (values[rows, middle + k] for k in (-1, 0, 1))
     bend = before - 2 * top + after
     aside = np.divide(0.5 * (before - after), bend, out=np.zeros_like(bend), where=bend < 0)
-    vertex = at[rows, middle] + np.clip(aside, -1, 1) * (at[:, 1] - at[:, 0])
-    return np.asarray(np.where(best == middle, vertex, at[rows, best]))
+    vertex = times[rows, middle] + np.clip(aside, -1, 1) * (times[:, 1] - times[:, 0])
+    return np.asarray(np.where(best == middle, vertex, times[rows, best]))
 
 
 Number = TypeVar("Number", float, complex)
@@ -72,12 +75,12 @@ class StepPolynomial:
     def __init__(self, nodes: FloatArray) -> None:
         self.nodes = nodes
         count = len(nodes)
-        at, slope = _rows(nodes, 2 * count)
-        self._derivatives = [np.linalg.inv(np.vstack([at, slope]))]
+        values, slope = _rows(nodes, 2 * count)
+        self._derivatives = [np.linalg.inv(np.vstack([values, slope]))]
         for _ in range(2):
             self._derivatives.append(np.asarray(chebyshev.chebder(self._derivatives[-1], scl=2)))
-        at, slope = _rows(nodes, count)
-        self._slopes = slope @ np.linalg.inv(at)
+        values, slope = _rows(nodes, count)
+        self._slopes = slope @ np.linalg.inv(values)
 
     def slopes(self, values: FloatArray) -> FloatArray:
         """Slopes per step (m, n, c) of the polynomials through values (m, n, c) alone."""
@@ -117,7 +120,7 @@ class StepPolynomial:
         coefficients = self.coefficients(*turning)
         sign = signs[step, piece, which][:, None]
         ends = self.nodes[piece], self.nodes[piece + 1]
-        part = highest(lambda at: sign * self.value(coefficients, at), *ends)
+        part = highest(lambda parts: sign * self.value(coefficients, parts), *ends)
         return (
             which,
             time[step] + part * length[step],
@@ -149,11 +152,11 @@ class TurnSeeker:
         time, length = steps
         still = np.maximum(STANDSTILL * np.abs(values).max(axis=(0, 1)), rounding)
         slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
-        which, at, turned = polynomial.turns(time, length, values, slopes)
+        which, times, turned = polynomial.turns(time, length, values, slopes)
         nodes = (time[:, None] + polynomial.nodes * length[:, None]).ravel()
         for k, kept in enumerate(self._kept):
             inside = which == k
-            path = np.stack([np.append(nodes, at[inside]),
+            path = np.stack([np.append(nodes, times[inside]),
                             np.append(values[:, :, k], turned[inside])])  # fmt: skip
             path = path[:, np.argsort(path[0], kind="stable")]
             if kept:
@@ -175,9 +178,9 @@ class TurnSeeker:
 def _rows(nodes: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """Chebyshev's first `count` polynomials at nodes, and their slopes per step, (n, count)."""
     x = 2 * nodes - 1
-    at = np.asarray(chebyshev.chebvander(x, count - 1), dtype=np.float64)
+    values = np.asarray(chebyshev.chebvander(x, count - 1), dtype=np.float64)
     slopes = chebyshev.chebval(x, chebyshev.chebder(np.eye(count), scl=2))
-    return at, np.asarray(slopes, dtype=np.float64).T
+    return values, np.asarray(slopes, dtype=np.float64).T
 
 
 EVENT_TIME = 1e-13  # s: accuracy of an event's instant, where the clock resolves it
@@ -222,10 +225,10 @@ def zero(value: Function, begin: float, end: float) -> float:
     """
 
     def number(t: float) -> float:
-        at = value(t)
-        if isnan(at):
+        result = value(t)
+        if isnan(result):
             raise NoConvergenceError(DIVERGED)
-        return at
+        return result
 
     return float(brentq(number, begin, end, xtol=EVENT_TIME, rtol=1e-15))
 

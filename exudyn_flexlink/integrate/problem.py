@@ -132,10 +132,10 @@ class Equations(Protocol):
         The step is tried only.
         """
 
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def jacobians(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without contacts that leap, near enough to converge."""
 
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+    def contacts_at(self, evaluation: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, n) of the gaps of the contacts that act, and their forces; None without."""
 
     def size(self, change: FloatArray) -> float:
@@ -144,10 +144,10 @@ class Equations(Protocol):
     def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
         """Of each curve the knots' places (k,), in order, and the jumps there (k, 2)."""
 
-    def places(self, at: Evaluation) -> Sequence[float]:
+    def places(self, evaluation: Evaluation) -> Sequence[float]:
         """Places on the curves at an evaluation."""
 
-    def moved_by_point(self, k: int, at: Evaluation) -> float:
+    def moved_by_point(self, k: int, evaluation: Evaluation) -> float:
         """How much (m/s^2) things accelerate if curve k pushes its point by 1 m/s^2."""
 
 

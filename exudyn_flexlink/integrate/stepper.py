@@ -140,7 +140,7 @@ class KnotControl:
             if not len(knots):
                 continue
             ends = step.begin, step.stages.pick(-1)
-            begin, end = (self.followed.places(at)[k] for at in ends)
+            begin, end = (self.followed.places(evaluation)[k] for evaluation in ends)
             to = self._allowed_end(k, begin, end, step)
             if to != end:
                 part = min(part, (to - begin) / (end - begin))
@@ -155,8 +155,8 @@ class KnotControl:
         places, jumps, speed = places[low:high], jumps[low:high], abs(end - begin) / step.h
         if end < begin:
             places, jumps = places[::-1], jumps[::-1]
-        for at in (step.begin, step.stages.pick(-1)):
-            moved = self.followed.moved_by_point(k, at)
+        for evaluation in (step.begin, step.stages.pick(-1)):
+            moved = self.followed.moved_by_point(k, evaluation)
             self._moved[k] = max(self._moved.get(k, 0.0), moved)
         scale = speed**2 * self._moved[k]
         while len(places):
@@ -193,13 +193,13 @@ class HybridProblem(Protocol):
     What a class that inherits says nothing of never happens in its equations.
     """
 
-    def begin(self, at: Evaluation) -> None:
+    def begin(self, start: Evaluation) -> None:
         """Record the state at time 0."""
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state (s), choosing the coordinates to go on with."""
 
-    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+    def position_per_speed_error(self, evaluation: Evaluation) -> FloatArray:
         """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
 
     def repartition_due(self) -> bool:
@@ -209,7 +209,7 @@ class HybridProblem(Protocol):
     def accept(self, step: Step) -> None:
         """Go to the end of a step that is good, and record it."""
 
-    def longest(self, at: Evaluation) -> float:
+    def longest(self, evaluation: Evaluation) -> float:
         """Limit of the next step from here, s."""
 
     def slipped(self, step: Step) -> float:

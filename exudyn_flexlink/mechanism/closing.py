@@ -274,7 +274,10 @@ def positions(
         with suppress(CannotAssembleError):
             freely = replace(held, places={})
             closed = _close_on_curves(mechanism, lay_out(mechanism, start), freely, straight=True)
-            away = {p: float(np.hypot(*(closed[0][p, :2] - at))) for p, at in held.places.items()}
+            away = {
+                p: float(np.hypot(*(closed[0][p, :2] - anchor)))
+                for p, anchor in held.places.items()
+            }
             if all(far <= TYPED * mechanism.parts[part].reach for part, far in away.items()):
                 return closed
             farthest = max(away, key=lambda part: away[part])
@@ -369,9 +372,13 @@ class _Held:
         motions = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
         closing = replace(mechanism, speed_motors=motions, gears=())  # these mesh at any angle
         joints = constraint_rows(closing, q, slot_places)
-        given = {(part, axis): at[axis] for part, at in self.places.items() for axis in (0, 1)}
+        given = {
+            (part, axis): anchor[axis] for part, anchor in self.places.items() for axis in (0, 1)
+        }
         given |= {(part, 2): angle for part, angle in self.angles.items()}
-        joints = joints.with_fixed(list(given), [q[at] - place for at, place in given.items()])
+        joints = joints.with_fixed(
+            list(given), [q[anchor] - place for anchor, place in given.items()]
+        )
         lengths = np.append(self.lengths, np.zeros(len(self.rods)))
         return joints.with_rows(*along_slides([*self.slides, *self.rods], lengths, q))
 
@@ -582,9 +589,9 @@ def _hung_by(mechanism: Mechanism, rigid: bool) -> dict[int, tuple[float, float]
         parent, joint = tree.parents[part], tree.joints[part]
         if rigid and within_body(mechanism, part, parent):
             continue
-        at = in_slots.get(part, Anchor(part, *mechanism.parts[part].centre))
+        anchor = in_slots.get(part, Anchor(part, *mechanism.parts[part].centre))
         if joint != NO_JOINT:
             ends = joints[joint].first, joints[joint].second
-            at = next(end for end in ends if end.part == part)
-        hung[part] = at.x, at.y
+            anchor = next(end for end in ends if end.part == part)
+        hung[part] = anchor.x, anchor.y
     return hung

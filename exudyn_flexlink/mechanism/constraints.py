@@ -544,11 +544,13 @@ def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
     return group
 
 
-def inertia_with_welded(at: Anchor, parts: Sequence[RigidPart], welds: Sequence[Weld]) -> float:
+def inertia_with_welded(point: Anchor, parts: Sequence[RigidPart], welds: Sequence[Weld]) -> float:
     """Moment of inertia (kg m^2) about a point of a part, with all that is welded to the part."""
     total = 0.0
-    for part, frame in welded_to(at.part, welds).items():
+    for part, frame in welded_to(point.part, welds).items():
         if part != GROUND:
             x, y = frame.place(*parts[part].centre)
-            total += parts[part].inertia + parts[part].mass * ((x - at.x) ** 2 + (y - at.y) ** 2)
+            total += parts[part].inertia + parts[part].mass * (
+                (x - point.x) ** 2 + (y - point.y) ** 2
+            )
     return total

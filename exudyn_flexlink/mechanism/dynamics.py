@@ -123,10 +123,10 @@ class Bodies:
         """Index of the first part of a body."""
         return self._first[body]
 
-    def anchor(self, point: str, at: tuple[float, float] | None = None) -> Anchor:
-        """Anchor of 'body.point', or of the place `at` for 'ground'."""
+    def anchor(self, point: str, place: tuple[float, float] | None = None) -> Anchor:
+        """Anchor of 'body.point', or of a `place` (m) on the ground."""
         if point == GROUND_NAME:
-            return Anchor(GROUND, *(at or (0.0, 0.0)))
+            return Anchor(GROUND, *(place or (0.0, 0.0)))
         return self.points[point]
 
     def _on_one_rod(self, first: Anchor, second: Anchor) -> tuple[Anchor, Anchor]:
@@ -254,7 +254,7 @@ class Bodies:
         # A point mass that nothing turns stays as it is, whatever its inertia: its size gives one.
         # Where others turn with it, its own must not count.
         alone = stays_a_point(Parts(dict(self.scene)), name, body)
-        reach = max(hypot(*at) for at in apart)
+        reach = max(hypot(*point) for point in apart)
         least = body.mass * (POINT * reach) ** 2
         if 0 < body.inertia < least:  # beside a mass off its origin, rounding leaves nothing of it
             message = f"{body.inertia:g} kg m^2 is lost by rounding beside {body.mass:g} kg"
@@ -358,7 +358,7 @@ def accelerations(
     the mass matrix; redundant joints are allowed.
     """
     right = demanded_accelerations(
-        mechanism, lambda at: constraints_at(mechanism, at, places).times(v), q, v, time
+        mechanism, lambda pose: constraints_at(mechanism, pose, places).times(v), q, v, time
     )
     forces = applied_forces(mechanism, q, v, time)
     return motions_by_mass(mechanism, q, places, right).nearest(forces)
@@ -367,7 +367,11 @@ def accelerations(
 def started(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
     """Accelerations (parts, 3) of what drives set going at time 0 out of a balance of forces."""
     right = demanded_accelerations(
-        mechanism, lambda at: np.zeros(len(constraints_at(mechanism, at, places))), q, 0 * q, 0.0
+        mechanism,
+        lambda pose: np.zeros(len(constraints_at(mechanism, pose, places))),
+        q,
+        0 * q,
+        0.0,
     )
     return motions_by_mass(mechanism, q, places, right).nearest()
 

@@ -231,24 +231,24 @@ def rest_of(assembly: Assembly) -> Rest:
     search, unstable, before = _Search(assembly), list[_Look](), np.inf
     q, places = assembly.state.q, assembly.state.places
     for _ in range(STEPS):
-        at = search.look(q, places)
-        step = at.newton
+        look = search.look(q, places)
+        step = look.newton
         size = search.size(step)
-        if not at.balanced or size < before / 2:
-            before = size if at.balanced else np.inf
-            moved = search.downhill(at, step)
-        elif at.lowest >= 0 or len(unstable) == KICKS:
-            return search.resting(at, unstable)
+        if not look.balanced or size < before / 2:
+            before = size if look.balanced else np.inf
+            moved = search.downhill(look, step)
+        elif look.lowest >= 0 or len(unstable) == KICKS:
+            return search.resting(look, unstable)
         else:
-            unstable.append(at)
-            step, before = at.upset, np.inf
+            unstable.append(look)
+            step, before = look.upset, np.inf
             moved = search.moved(q, places, step * (KICK / search.size(step)))
         if moved is None:
             break
         q, places = moved
     if unstable:  # nothing is below it
         return search.resting(unstable[0], [])
-    raise _no_rest(assembly.mechanism, at)
+    raise _no_rest(assembly.mechanism, look)
 
 
 @dataclass(frozen=True)
@@ -373,8 +373,8 @@ class _Search:
         forces, presses = applied_forces(self._mechanism, q, speeds, 0.0), {}
         for contact in (self._contacts[k] for k in pressed_among(self._contacts, q)):
             if not isinstance(contact.law, Impulse):
-                at = approach(contact, q, speeds)
-                press = float(contact.law.force(-at.gap, -at.gap_rate, 0.0))
+                touch = approach(contact, q, speeds)
+                press = float(contact.law.force(-touch.gap, -touch.gap_rate, 0.0))
                 forces += press * gradient(contact, q)
                 presses[contact.name] = press
         return forces, presses
@@ -387,58 +387,58 @@ class _Search:
         for motion in np.moveaxis(motions, -1, 0):
             dt = DT / self.size(motion)
             before, after = (
-                self._forces(at)[0]
-                + constraints_at(self._mechanism, at, places).holding(multipliers).ravel()
-                for at in (q - dt * motion, q + dt * motion)
+                self._forces(pose)[0]
+                + constraints_at(self._mechanism, pose, places).holding(multipliers).ravel()
+                for pose in (q - dt * motion, q + dt * motion)
             )
             columns.append((before - after) / (2 * dt))
         changes = np.array(columns).reshape(-1, q.size)
         return np.asarray(motions.reshape(q.size, -1).T @ changes.T)
 
-    def _damping(self, at: _Look) -> FloatArray:
+    def _damping(self, look: _Look) -> FloatArray:
         """C, by central differences of speeds."""
         columns = []
-        for motion in np.moveaxis(at.motions, -1, 0):
+        for motion in np.moveaxis(look.motions, -1, 0):
             dt = DT / self.size(motion)
-            slower, faster = (self._forces(at.q, v)[0] for v in (-dt * motion, dt * motion))
+            slower, faster = (self._forces(look.q, v)[0] for v in (-dt * motion, dt * motion))
             columns.append((slower - faster) / (2 * dt))
-        changes = np.array(columns).reshape(-1, at.q.size)
-        return np.asarray(at.motions.reshape(at.q.size, -1).T @ changes.T)
+        changes = np.array(columns).reshape(-1, look.q.size)
+        return np.asarray(look.motions.reshape(look.q.size, -1).T @ changes.T)
 
-    def resting(self, at: _Look, unstable: list[_Look]) -> Rest:
+    def resting(self, look: _Look, unstable: list[_Look]) -> Rest:
         """Put together what is known of a rest, and of those that were left for it."""
         mechanism, laps = self._assembly.mechanism, self._assembly.state.laps
-        for k in pressed_among(self._contacts, at.q):
+        for k in pressed_among(self._contacts, look.q):
             if isinstance(self._contacts[k].law, Impulse):
                 raise NoRestError("contact", self._contacts[k].name)
-        slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
-        places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
-        whole = standing_at(mechanism, at.q, places, laps)
-        exponents = np.sqrt(-at.squares.astype(complex))
+        slots = zip(mechanism.slots, laps, look.places.tolist(), strict=True)
+        places = np.array([kept_in(slot, lap, look.q, place) for slot, lap, place in slots])
+        whole = standing_at(mechanism, look.q, places, laps)
+        exponents = np.sqrt(-look.squares.astype(complex))
         growing = (float(np.sqrt(-left.lowest)) for left in unstable)
         return Rest(
-            whole, at.joints, at.multipliers, at.presses, exponents,
-            at.stiffness, self._damping(at), tuple(growing),
+            whole, look.joints, look.multipliers, look.presses, exponents,
+            look.stiffness, self._damping(look), tuple(growing),
         )  # fmt: skip
 
     # --- steps --------------------------------------------------------------------------------
 
-    def downhill(self, at: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    def downhill(self, look: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Go along a step so far that the forces do not yet drive back by half of what they did."""
-        size, first = self.size(step), self._power((at.q, at.places), step)
+        size, first = self.size(step), self._power((look.q, look.places), step)
         step = step * min(1.0, LONGEST / max(size, 1e-300))
         for _ in range(HALVINGS):
-            moved = self.moved(at.q, at.places, step)
+            moved = self.moved(look.q, look.places, step)
             if moved is not None and (size < SETTLED or self._power(moved, step) >= -first / 2):
                 return moved
             step = step / 2
         return None
 
-    def _power(self, at: tuple[FloatArray, FloatArray], step: FloatArray) -> float:
+    def _power(self, state: tuple[FloatArray, FloatArray], step: FloatArray) -> float:
         """Work of the forces along a motion at coordinates and places."""
-        forces, mechanism = self._forces(at[0])[0], self._mechanism
-        moving = pushed(mechanism, *at, forces)
-        return float(np.einsum("ni,nij,nj", moving, mass_blocks(mechanism, at[0]), step))
+        forces, mechanism = self._forces(state[0])[0], self._mechanism
+        moving = pushed(mechanism, *state, forces)
+        return float(np.einsum("ni,nij,nj", moving, mass_blocks(mechanism, state[0]), step))
 
     def moved(
         self, q: FloatArray, places: FloatArray, step: FloatArray
@@ -485,9 +485,9 @@ def _held(contact: Contact) -> Contact:
     return replace(contact, free_length=Ramp(contact.free_length.at(0.0)))
 
 
-def _no_rest(mechanism: Mechanism, at: _Look) -> NoRestError:
+def _no_rest(mechanism: Mechanism, look: _Look) -> NoRestError:
     """Name the body that forces drive on most."""
-    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), -at.motions @ at.slope)
+    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, look.q), -look.motions @ look.slope)
     part = int(np.argmax(np.linalg.norm(driven[:, :2], axis=1)))
     far = float(np.linalg.norm(driven[part, :2]))
     return NoRestError("body", mechanism.parts[part].body, far)
@@ -577,13 +577,13 @@ def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
     bodies = list(mechanism.bodies.values())
     firsts = [parts[0] for parts in bodies]
     held = _independent(assembly)
-    at = assembly.state.q
+    pose = assembly.state.q
     angles = dict(start.angles)
     for body, axis in held:
         if axis == 2:
-            angles |= {part: float(at[part, 2]) for part in bodies[body]}
+            angles |= {part: float(pose[part, 2]) for part in bodies[body]}
     places = {firsts[body]: (float(x), float(y)) for body, axis in held if axis < 2
-              for x, y in [at[firsts[body], :2]]}  # fmt: skip
+              for x, y in [pose[firsts[body], :2]]}  # fmt: skip
     fixed = replace(start, angles=angles, positions={**start.positions, **places})
     loose = [parts for parts in bodies if parts[0] not in angles]
     return _searched(assembly, fixed, loose) if loose else []

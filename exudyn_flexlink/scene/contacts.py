@@ -192,18 +192,18 @@ def refuse_misfit(law: PenaltyLaw | ImpulseLaw, radii: tuple[float, float] | Non
         return
     if radii is not None and law.radii is not None:
         refuse("the circles give the radii", "leave these out", at=("law", "radii"))
-    both_radii, at = (radii, ("law",)) if radii else (law.radii, ("law", "radii"))
+    both_radii, key = (radii, ("law",)) if radii else (law.radii, ("law", "radii"))
     if both_radii is None:
         refuse("missing 'radii' of both bodies where they touch", "e.g. [10 mm, -12 mm]", at="law")
     lines = law.formula in ("johnson", "radzimovsky")
     if len(both_radii) == 1 and lines:
-        refuse(f"'{law.formula}' needs two radii: on a flat its depth has no bound", at=at)
+        refuse(f"'{law.formula}' needs two radii: on a flat its depth has no bound", at=key)
     if 0 in both_radii or not 0 < sum(1 / radius for radius in both_radii) < math.inf:
         hint = "that of a hollow is negative, and the larger one"
-        refuse("bodies of these radii do not touch at one place", hint, at=at)
+        refuse("bodies of these radii do not touch at one place", hint, at=key)
     if law.formula == "lankarani_nikravesh" and min(both_radii) > 0:
         hint = "'formula: sphere', with the same exponent"
-        refuse("'lankarani_nikravesh' is for a pin in a bore: nothing is hollow", hint, at=at)
+        refuse("'lankarani_nikravesh' is for a pin in a bore: nothing is hollow", hint, at=key)
 
 
 Line = Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")]
@@ -312,9 +312,9 @@ class CircleOnCircle(Part):
         if first.inside and second.inside:
             refuse("each circle can't be inside the other", "leave one 'inside' out", at="circles")
         if second.inside and not first.radius < second.radius:
-            hint, at = f"a radius below {second.radius:g} m", self.circles.index(first)
+            hint, number = f"a radius below {second.radius:g} m", self.circles.index(first)
             message = "the circle inside must be the smaller one"
-            refuse(message, hint, at=("circles", at, "radius"))
+            refuse(message, hint, at=("circles", number, "radius"))
         refuse_misfit(self.law, self.radii)
         return self
 
@@ -572,10 +572,10 @@ def moving(points: Sequence[str]) -> str:
 
 def stops_of(joint: str, limits: Limits, points: tuple[str, str]) -> Iterator[tuple[str, Stop]]:
     """Yield the stops of a joint between these points, with their names."""
-    for end, at in (("from", limits.from_), ("to", limits.to)):
-        if at is not None:
+    for end, bound in (("from", limits.from_), ("to", limits.to)):
+        if bound is not None:
             turns = isinstance(limits, TurnLimits)
-            yield f"{joint}.{end}", Stop(joint, end, at, limits.law, turns, moving(points))
+            yield f"{joint}.{end}", Stop(joint, end, bound, limits.law, turns, moving(points))
 
 
 _PENALTIES: dict[bool, type[SlidePenalty | TurnPenalty]] = {False: SlidePenalty, True: TurnPenalty}

@@ -170,7 +170,7 @@ def arms_of(joints: Joints, gear: Gear) -> list[str]:
 
 def concentric(joints: Joints, name: str) -> list[str]:
     """Name of a joint, and of hinges without clearance at the same place as a hinge."""
-    at = _places(joints[name])
+    places = _places(joints[name])
     return [
         name,
         *(
@@ -178,7 +178,7 @@ def concentric(joints: Joints, name: str) -> list[str]:
             for other, joint_spec in joints.items()
             if other != name
             and joint_spec is not None
-            and at & _places(joint_spec)
+            and places & _places(joint_spec)
             and joint_spec.clearance == 0
         ),
     ]

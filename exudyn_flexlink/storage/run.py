@@ -636,8 +636,8 @@ def _peaks(seen: LeverResponse) -> dict[str, float]:
 def _ends(seen: Extremes | LeverResponse, name: str = "", word: str = "") -> dict[str, float]:
     """The least and the greatest of what has both, and when (s)."""
     extremes: dict[str, float] = {}
-    for end, (value, at) in (("least", seen.least), ("greatest", seen.greatest)):
-        extremes |= {f"{end}{name}": value, f"{end}{word}_at_s": at}
+    for end, (value, instant) in (("least", seen.least), ("greatest", seen.greatest)):
+        extremes |= {f"{end}{name}": value, f"{end}{word}_at_s": instant}
     return extremes
 
 

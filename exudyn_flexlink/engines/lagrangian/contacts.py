@@ -107,34 +107,34 @@ class Contacts:
         ends = np.minimum(seen.place, self.length - seen.place)
         return np.where(np.isinf(self.length), np.inf, ends)
 
-    def look(self, at: Frame) -> Seen:
+    def look(self, frame: Frame) -> Seen:
         """Return all contacts at instants."""
         if not self._count:
-            return Seen(*np.zeros((4, len(at.q), 0)))
-        back, arm, z = self._places(at, slice(None))
-        going = at.going[:, self._point]
+            return Seen(*np.zeros((4, len(frame.q), 0)))
+        back, arm, z = self._places(frame, slice(None))
+        going = frame.going[:, self._point]
         if self._first_corner < self._count:
             corners = slice(self._first_corner, None)
             # A corner is where the guide turns it, seen from the end of a rod.
-            turning = 1j * at.v[:, :1] * at.axes[:, :1] * self._corner
+            turning = 1j * frame.v[:, :1] * frame.axes[:, :1] * self._corner
             going[:, corners] = turning - going[:, corners]
-        rate = back * going - 1j * at.v[:, self._angle] * arm
+        rate = back * going - 1j * frame.v[:, self._angle] * arm
         side = self._sides(z, slice(None))
         return Seen(side * z.imag, z.real, side * rate.imag, rate.real)
 
     def _places(
-        self, at: Frame, which: IndexArray | slice
+        self, frame: Frame, which: IndexArray | slice
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """What turns into the faces' axes, and there points from the origins, and from starts."""
-        back = self._back[which] * at.axes[:, self._angle[which]].conj()
+        back = self._back[which] * frame.axes[:, self._angle[which]].conj()
         if isinstance(which, slice):
             which = np.arange(self._count)
-        arms = at.points[:, self._point[which]]
+        arms = frame.points[:, self._point[which]]
         cut = int(np.searchsorted(which, self._first_corner))
         arms[:, :cut] -= self._origin[which[:cut]]
         if cut < len(which):
             corner = self._corner[which[cut:] - self._first_corner]
-            arms[:, cut:] = self._centre + at.axes[:, :1] * corner - arms[:, cut:]
+            arms[:, cut:] = self._centre + frame.axes[:, :1] * corner - arms[:, cut:]
         arms *= back
         return back, arms, arms - self._start[which]
 
@@ -145,36 +145,36 @@ class Contacts:
             side = np.where(held, np.where(z.imag > 0, -1.0, 1.0), side)
         return np.broadcast_to(side, z.shape)
 
-    def _rows(self, at: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _rows(self, frame: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gaps (m, k) of contacts (k,), increasing; gradients (m, k, N) of gaps and places."""
-        back, arm, z = self._places(at, which)
-        by, k = at.by[:, self._point[which]], np.arange(len(which))
+        back, arm, z = self._places(frame, which)
+        by, k = frame.by[:, self._point[which]], np.arange(len(which))
         cut = int(np.searchsorted(which, self._first_corner))
         if cut < len(which):
             corner = self._corner[which[cut:] - self._first_corner]
             by[:, cut:] *= -1
-            by[:, cut:, 0] += 1j * at.axes[:, :1] * corner
+            by[:, cut:, 0] += 1j * frame.axes[:, :1] * corner
         by *= back[:, :, None]
         by[:, k, self._angle[which]] -= 1j * arm
         side = self._sides(z, which)
         return side * z.imag, side[:, :, None] * by.imag, by.real
 
-    def bend(self, at: Frame, which: IndexArray) -> FloatArray:
+    def bend(self, frame: Frame, which: IndexArray) -> FloatArray:
         """Second derivatives (m, k) of gaps of levers' contacts where no coordinate accelerates."""
-        back, arm, z = self._places(at, which)
-        turning, points = at.v[:, self._angle[which]], self._point[which]
-        bent = back * at.bends[:, points] - 2j * turning * back * at.going[:, points]
+        back, arm, z = self._places(frame, which)
+        turning, points = frame.v[:, self._angle[which]], self._point[which]
+        bent = back * frame.bends[:, points] - 2j * turning * back * frame.going[:, points]
         return np.asarray(self._sides(z, which) * (bent - turning**2 * arm).imag)
 
     # --- how they push ------------------------------------------------------------------------
 
-    def push(self, at: Frame, which: IndexArray, approach: FloatArray) -> Pushed:
+    def push(self, frame: Frame, which: IndexArray, approach: FloatArray) -> Pushed:
         """Forces of the contacts `which` (k,), as their laws have it; of rigid ones none.
 
         The touches of all contacts began with the speeds `approach` (c,), m/s. See `pressing`.
         """
-        gap, rows, slides = self._rows(at, which)
-        rate, slip = ((row @ at.v[:, :, None])[..., 0] for row in (rows, slides))
+        gap, rows, slides = self._rows(frame, which)
+        rate, slip = ((row @ frame.v[:, :, None])[..., 0] for row in (rows, slides))
         friction, creep = self._rubbing[:, which]
         press, by_gap, by_rate = self._laws.pressing(which, gap, rate, approach)
         rub = -friction * press * np.tanh(slip / creep)
@@ -285,56 +285,56 @@ class PinnedContacts(Contacts):
         self._straight[self._walls] = -1
         self._turns = model.layout.coordinate(model.layout.rods[0])
 
-    def look(self, at: Frame) -> Seen:
+    def look(self, frame: Frame) -> Seen:
         """Return all contacts at instants."""
-        seen, walls = super().look(at), self._look_at_walls(at, self._walls)
+        seen, walls = super().look(frame), self._look_at_walls(frame, self._walls)
         first, pin = int(self._walls[0]), self._pin
-        u, _ = pin.feet(at.points[:, 0])
+        u, _ = pin.feet(frame.points[:, 0])
         along = pin.curve.arc_length.to(u + pin.shift)
         places = np.repeat(along[:, None], len(self._walls), axis=1)
         whole = zip(seen, (walls.gap, places, walls.gap_rate, walls.slip), strict=True)
         return Seen(*(np.insert(part, [first], wall, axis=1) for part, wall in whole))
 
-    def _rows(self, at: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _rows(self, frame: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         straight = self._straight[which]
         of_walls = straight < 0
         if not of_walls.any():
-            return super()._rows(at, straight)
-        shape = (len(at.q), len(which))
+            return super()._rows(frame, straight)
+        shape = (len(frame.q), len(which))
         gap = np.empty(shape)
-        rows = np.empty((*shape, at.q.shape[1]))
+        rows = np.empty((*shape, frame.q.shape[1]))
         slides = np.empty_like(rows)
         others = ~of_walls
         if others.any():
-            parts = super()._rows(at, straight[others])
+            parts = super()._rows(frame, straight[others])
             gap[:, others], rows[:, others], slides[:, others] = parts
-        walls = self._look_at_walls(at, which[of_walls])
+        walls = self._look_at_walls(frame, which[of_walls])
         gap[:, of_walls] = walls.gap
         rows[:, of_walls] = walls.row
         slides[:, of_walls] = walls.slide
         return gap, rows, slides
 
-    def bend(self, at: Frame, which: IndexArray) -> FloatArray:
+    def bend(self, frame: Frame, which: IndexArray) -> FloatArray:
         """Second derivatives (m, k) of gaps where no coordinate accelerates."""
         straight = self._straight[which]
         of_walls = straight < 0
-        bends = np.empty((len(at.q), len(which)))
+        bends = np.empty((len(frame.q), len(which)))
         if not of_walls.all():
-            bends[:, ~of_walls] = super().bend(at, straight[~of_walls])
+            bends[:, ~of_walls] = super().bend(frame, straight[~of_walls])
         if of_walls.any():
-            bends[:, of_walls] = self._look_at_walls(at, which[of_walls]).bend
+            bends[:, of_walls] = self._look_at_walls(frame, which[of_walls]).bend
         return bends
 
-    def _look_at_walls(self, at: Frame, which: IndexArray) -> WallsSeen:
+    def _look_at_walls(self, frame: Frame, which: IndexArray) -> WallsSeen:
         """Look at some walls (k,)."""
-        groove, point = self._pin.groove, at.points[:, 0]
+        groove, point = self._pin.groove, frame.points[:, 0]
         _, (place, first, second) = self._pin.feet(point)
         speed = np.abs(first)
         back = (first / speed).conj()
         off = (back * (point - place)).imag
         curvature = (first.conj() * second).imag / speed**3
-        by = back[:, None] * at.by[:, 0]
-        passing = (back * at.going[:, 0]).real
+        by = back[:, None] * frame.by[:, 0]
+        passing = (back * frame.going[:, 0]).real
         near = 1 - curvature * off
         sides = np.array(groove.sides)[which - self._walls[0]]
         gap = groove.clearance - sides * off[:, None]
@@ -346,9 +346,9 @@ class PinnedContacts(Contacts):
         slides = (touching / farthest)[:, :, None] * by.real[:, None, :]
         slides[:, :, self._turns] += arm
         rows = -sides[:, None] * by.imag[:, None, :]
-        bent = (back * at.bends[:, 0]).imag
+        bent = (back * frame.bends[:, 0]).imag
         bent -= curvature * passing**2 / near
-        speeds = at.v[:, :, None]
+        speeds = frame.v[:, :, None]
         rate = (rows @ speeds)[:, :, 0]
         slip = (slides @ speeds)[:, :, 0]
         active = self._is_active(which)

@@ -384,30 +384,32 @@ def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> F
     return Frame(q, v, axes, points, going, by, bends)
 
 
-def mass_and_force(numbers: Numbers, at: Frame) -> tuple[FloatArray, FloatArray]:
+def mass_and_force(numbers: Numbers, frame: Frame) -> tuple[FloatArray, FloatArray]:
     """Mass matrices M (m, N, N) and forces ``Q - h`` (m, N), of springs, dampers and weight."""
-    by, bends = at.by[:, numbers.centres], at.bends[:, numbers.centres] - numbers.gravity
+    by, bends = frame.by[:, numbers.centres], frame.bends[:, numbers.centres] - numbers.gravity
     moved = np.concatenate([by, bends[:, :, None]], axis=2) * numbers.masses[:, None]
     summed = (by.conj().swapaxes(1, 2) @ moved).real
-    force = numbers.preload - at.q @ numbers.stiffness - at.v @ numbers.damping - summed[:, :, -1]
+    force = (
+        numbers.preload - frame.q @ numbers.stiffness - frame.v @ numbers.damping - summed[:, :, -1]
+    )
     if numbers.gravity:
-        force += ((numbers.moments * at.axes).conj() * numbers.gravity * -1j).real
+        force += ((numbers.moments * frame.axes).conj() * numbers.gravity * -1j).real
     return summed[:, :, :-1] + np.diag(numbers.inertias), force
 
 
-def momentum_rate(numbers: Numbers, at: Frame, a: FloatArray) -> ComplexArray:
+def momentum_rate(numbers: Numbers, frame: Frame, a: FloatArray) -> ComplexArray:
     """Rate (m,) of the link's momentum at accelerations (m, N), N."""
     middles = numbers.centres
-    moving = (at.by[:, middles] @ a[:, :, None])[:, :, 0] + at.bends[:, middles]
+    moving = (frame.by[:, middles] @ a[:, :, None])[:, :, 0] + frame.bends[:, middles]
     return np.asarray(moving @ numbers.masses)
 
 
-def moved_by(numbers: Numbers, at: Frame) -> ComplexArray:
+def moved_by(numbers: Numbers, frame: Frame) -> ComplexArray:
     """Derivatives (points, N) by the coordinates of ends of rods, guide and levers.
 
     At the first of the instants.
     """
-    return np.concatenate([at.by[0, numbers.ends], np.diag(numbers.reaches)])
+    return np.concatenate([frame.by[0, numbers.ends], np.diag(numbers.reaches)])
 
 
 @dataclass(frozen=True)
@@ -457,19 +459,19 @@ class Model:
             v[layout.track_coordinate] = state.v[start, :2] @ tangent / (tangent @ tangent)
         return q, v
 
-    def poses(self, at: Frame) -> tuple[FloatArray, FloatArray]:
+    def poses(self, frame: Frame) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (instants, parts, 3) of all parts."""
-        shape = (len(at.q), len(self.mechanism.parts), 3)
+        shape = (len(frame.q), len(self.mechanism.parts), 3)
         poses, rates, layout = np.empty(shape), np.empty(shape), self.layout
         for pivot in (layout.guide, *layout.levers):
             i, part = layout.coordinate(pivot.part), pivot.part
-            arm = complex(*pivot.pin) * at.axes[:, i]
-            _fill(poses[:, part], complex(*pivot.at) - arm, at.q[:, i])
-            _fill(rates[:, part], -1j * at.v[:, i] * arm, at.v[:, i])
+            arm = complex(*pivot.pin) * frame.axes[:, i]
+            _fill(poses[:, part], complex(*pivot.at) - arm, frame.q[:, i])
+            _fill(rates[:, part], -1j * frame.v[:, i] * arm, frame.v[:, i])
         for k, part in enumerate(layout.rods):
             i = layout.coordinate(part)
-            _fill(poses[:, part], at.points[:, k], at.q[:, i])
-            _fill(rates[:, part], at.going[:, k], at.v[:, i])
+            _fill(poses[:, part], frame.points[:, k], frame.q[:, i])
+            _fill(rates[:, part], frame.going[:, k], frame.v[:, i])
         return poses, rates
 
 

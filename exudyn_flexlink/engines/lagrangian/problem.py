@@ -98,14 +98,14 @@ class Recorder(BlockRecorder):
         """Samples (n,), s, within a step."""
         return self._due(step.t + step.h)
 
-    def begin(self, at: Motion) -> None:
+    def begin(self, motion: Motion) -> None:
         """Take the state (1,) at time 0."""
-        self._start(self._known(at))
+        self._start(self._known(motion))
 
-    def keep(self, at: Motion) -> None:
+    def keep(self, motion: Motion) -> None:
         """Keep a state (1,) as it is now, after what happened there."""
         self.record_waiting()
-        self._keep_now(self._known(at))
+        self._keep_now(self._known(motion))
 
     def take(self, step: Path, motion: Motion) -> None:
         """Take a step, known at its nodes and then at the samples that are `due` in it."""
@@ -130,35 +130,37 @@ class Recorder(BlockRecorder):
         steps = Steps(np.array(t), np.array(h), nodes, samples, of)
         self._book(steps, known, self._rates(whole, known), known.pick(nodes[:, -1]))
 
-    def _known(self, at: Motion) -> Kept:
+    def _known(self, motion: Motion) -> Kept:
         """What is known at instants, but for the totals."""
-        model, count = self.system.model, len(at.t)
-        a, held = self.system.accelerations(at)
+        model, count = self.system.model, len(motion.t)
+        a, held = self.system.accelerations(motion)
         press = np.zeros((count, len(self.contacts)))
-        if at.pushed is not None:
-            press[:, at.pushed.which] = at.pushed.press
+        if motion.pushed is not None:
+            press[:, motion.pushed.which] = motion.pushed.press
         press[:, self.system.held] = held
-        motor = self.system.motor_torque(at, a, held)
+        motor = self.system.motor_torque(motion, a, held)
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
-        places = (at.place + self.system.track.shift)[:, None]
+        places = (motion.place + self.system.track.shift)[:, None]
         if model.layout.slides:
             places = places[:, :0]
-        kept = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
-        return Kept(at.t, places, press, pressed, np.zeros((count, 2)), kept)
+        kept = LinkKept(
+            *model.poses(motion.frame), a, momentum_rate(model.numbers, motion.frame, a), motor
+        )
+        return Kept(motion.t, places, press, pressed, np.zeros((count, 2)), kept)
 
-    def _rates(self, at: Motion, known: Kept) -> Totals:
+    def _rates(self, motion: Motion, known: Kept) -> Totals:
         """Rates (m, ...) of the totals at instants."""
-        rates, v = self._totals(len(at.t)), at.frame.v
+        rates, v = self._totals(len(motion.t)), motion.frame.v
         rates.damped[:] = ((v @ self.system.model.numbers.damping) * v).sum(axis=1)
-        rates.supplied[:] = known.of_engine.motor * v[:, 0] + (at.motors * v).sum(axis=1)
+        rates.supplied[:] = known.of_engine.motor * v[:, 0] + (motion.motors * v).sum(axis=1)
         rates.impulses[:] = known.press
-        if at.pushed is not None:
-            rates.losses[:, at.pushed.which] = at.pushed.power
+        if motion.pushed is not None:
+            rates.losses[:, motion.pushed.which] = motion.pushed.power
         return rates
 
-    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
+    def motion(self, rows: Kept) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (m, parts, 3) at instants that are kept."""
-        return at.of_engine.poses, at.of_engine.rates
+        return rows.of_engine.poses, rows.of_engine.rates
 
 
 @dataclass(frozen=True)
@@ -191,8 +193,8 @@ class Forces:
             rows = self.kept.press[:, k] != 0
             if not rows.any():
                 continue
-            at = self._link.poses[rows], self._link.rates[rows]
-            push = push_of(contact, *at, self.kept.press[rows, k])
+            pose_rate = self._link.poses[rows], self._link.rates[rows]
+            push = push_of(contact, *pose_rate, self.kept.press[rows, k])
             pushes[k, rows] = push if contact.point.part in rods else -push
         return pushes
 
@@ -295,8 +297,8 @@ class Impacts:
                 continue
 
             def force(t: float, i: int = i) -> float:
-                at = np.array([t])
-                return float(system.accelerations(system.motion(at, *step.at(at)))[1][0, i])
+                times = np.array([t])
+                return float(system.accelerations(system.motion(times, *step.at(times)))[1][0, i])
 
             end = float(nodes.t[low[0]])
             lifts.append((step.t if low[0] == 0 else fall(force, step.t, end), k))
@@ -324,25 +326,25 @@ class Impacts:
 
     def _gap_acceleration(self, k: int) -> float:
         """G'' of a contact as long as it does not act."""
-        at = self.problem.begin_motion()
+        motion = self.problem.begin_motion()
         system = self.problem.system
-        a, _ = system.accelerations(at)
-        rows = system.contacts.push(at.frame, np.array([k]), system.touches.approach).rows[0, 0]
-        return float(rows @ a[0] + system.contacts.bend(at.frame, np.array([k]))[0, 0])
+        a, _ = system.accelerations(motion)
+        rows = system.contacts.push(motion.frame, np.array([k]), system.touches.approach).rows[0, 0]
+        return float(rows @ a[0] + system.contacts.bend(motion.frame, np.array([k]))[0, 0])
 
     def _jump(self, k: int, e: float) -> Impact:
         """Let contact k strike: speeds jump."""
         problem = self.problem
-        at = problem.begin_motion()
-        system, mass = problem.system, at.mass[0]
+        motion = problem.begin_motion()
+        system, mass = problem.system, motion.mass[0]
         first = system.model.first
-        row = system.contacts.push(at.frame, np.array([k]), system.touches.approach).rows[0, 0]
-        hit = strike(mass[first:, first:], row[first:], float(row @ at.frame.v[0]), e)
+        row = system.contacts.push(motion.frame, np.array([k]), system.touches.approach).rows[0, 0]
+        hit = strike(mass[first:, first:], row[first:], float(row @ motion.frame.v[0]), e)
         problem.v = problem.v + hit.jump
         if first:
             # The drive keeps the guide's speed: its impulse closes the guide's own row of eq. 2.
             torque = float(mass[0, 1:] @ hit.jump - row[0] * hit.impulse)
-            hit = hit._replace(work=torque * float(at.frame.v[0, 0]))
+            hit = hit._replace(work=torque * float(motion.frame.v[0, 0]))
         problem.recorder.leap(k, hit.impulse, hit.energy_lost, hit.work)
         problem.look_now()
         return hit
@@ -458,8 +460,8 @@ class Problem(HybridProblem):
     def start_off(self) -> None:
         """Start off by what rounding may be: see `finer`."""
         model = self.system.model
-        at = self.system.frame(np.zeros(1), self.q[None], self.v[None])[0]
-        lengths = np.abs(moved_by(model.numbers, at)).max(axis=0)[model.first :]
+        frame = self.system.frame(np.zeros(1), self.q[None], self.v[None])[0]
+        lengths = np.abs(moved_by(model.numbers, frame)).max(axis=0)[model.first :]
         self.q, self.v = seeded(model.assembly, (self.q, self.v), lengths)
         self.look_now()
 
@@ -467,10 +469,10 @@ class Problem(HybridProblem):
 
     def look_now(self) -> None:
         """See all contacts where it is, and let the next search for P begin there."""
-        at, u = self.system.frame(np.array([self.time]), self.q[None], self.v[None])
+        frame, u = self.system.frame(np.array([self.time]), self.q[None], self.v[None])
         self.system.track.u = float(u[0])
-        self.all_q = at.q[0]
-        self.seen = self.system.contacts.look(at).pick(0)
+        self.all_q = frame.q[0]
+        self.seen = self.system.contacts.look(frame).pick(0)
 
     @property
     def over(self) -> bool:
@@ -493,7 +495,7 @@ class Problem(HybridProblem):
         row = turning_row(self.system.model.layout, self.goal.first, self.goal.second)
         return float(self.goal.turned - abs(float(row @ q) - self.goal.start))
 
-    def longest(self, at: Evaluation | None = None) -> float:  # noqa: ARG002
+    def longest(self, evaluation: Evaluation | None = None) -> float:  # noqa: ARG002
         """Limit of the next step, s: the guide turns a little."""
         speed, gain = map(abs, self.system.guide_speed(self.time, self.v))
         faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
@@ -530,8 +532,8 @@ class Problem(HybridProblem):
         return min(happening, key=lambda event: event.time, default=None)
 
     def _at(self, step: Path, t: float) -> tuple[Frame, FloatArray]:
-        at = np.array([t])
-        return self.system.frame(at, *step.at(at))
+        times = np.array([t])
+        return self.system.frame(times, *step.at(times))
 
     def _end_of_piece(self, step: Path, motion: Motion) -> list[Crossing]:
         """Where P comes to an end of its piece, from which it may be back before the step ends."""
@@ -588,26 +590,26 @@ class Problem(HybridProblem):
 
     # --- from step to step --------------------------------------------------------------------
 
-    def begin(self, at: Evaluation | None = None) -> None:  # noqa: ARG002
+    def begin(self, evaluation: Evaluation | None = None) -> None:  # noqa: ARG002
         """Record the state at time 0."""
         self.recorder.begin(self.begin_motion())
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state."""
-        at = self.system.evaluate(time, self.q, self.v)
-        self.system.measure_moves(at.kept.pick(None).frame)
-        return at, State(self.q, self.v, at.accelerations)
+        evaluation = self.system.evaluate(time, self.q, self.v)
+        self.system.measure_moves(evaluation.kept.pick(None).frame)
+        return evaluation, State(self.q, self.v, evaluation.accelerations)
 
     def accelerate(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
         """Accelerations (n,) of the free coordinates, with what holds rigid contacts closed."""
-        at = self.system.motion(np.array([t]), q[None], v[None])
-        return self.system.accelerations(at)[0][0, self.system.model.first :]
+        motion = self.system.motion(np.array([t]), q[None], v[None])
+        return self.system.accelerations(motion)[0][0, self.system.model.first :]
 
-    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+    def position_per_speed_error(self, evaluation: Evaluation) -> FloatArray:
         """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
         first = self.system.model.first
         stiffness = self.system.model.numbers.stiffness[first:, first:]
-        return slow_motions(at.mass, stiffness, self._end, SHORTEST_SWING)
+        return slow_motions(evaluation.mass, stiffness, self._end, SHORTEST_SWING)
 
     def slipped(self, step: Step) -> float:
         """How far (m) P, which follows the guide's angle, ended from where its speed takes it."""
@@ -620,9 +622,9 @@ class Problem(HybridProblem):
         motion, path = self._nodes(step)
         seen, self._first = path.pick(-1), inf
         self.time = step.t + step.h
-        first, at = self.system.model.first, motion.frame
-        self.all_q, self.seen = at.q[self._last], seen
-        self.q, self.v = at.q[self._last, first:], at.v[self._last, first:]
+        first, frame = self.system.model.first, motion.frame
+        self.all_q, self.seen = frame.q[self._last], seen
+        self.q, self.v = frame.q[self._last, first:], frame.v[self._last, first:]
         self.recorder.take(step, motion)
         self.system.track.u = float(motion.place[self._last])
         contacts = self.system.contacts

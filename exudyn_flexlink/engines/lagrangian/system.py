@@ -284,8 +284,8 @@ class System:
             if model.numbers.free:
                 along = np.ones_like(along)
                 place = q[:, -2] + 1j * q[:, -1]
-            at = place, along, np.zeros_like(along)
-            frame = frame_of(model.numbers, q, v, at)
+            slot_point = place, along, np.zeros_like(along)
+            frame = frame_of(model.numbers, q, v, slot_point)
             return frame, self.track.feet(frame.points[:, 0])[0]
         if model.layout.play:
             u = q[:, -1]
@@ -296,50 +296,52 @@ class System:
 
     def motion(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Motion:
         """Mass matrices and forces; see `frame`."""
-        at, u = self.frame(t, q, v)
+        frame, u = self.frame(t, q, v)
         numbers, now = self.model.numbers, self._at(t)
-        mass, force = mass_and_force(numbers, at)
+        mass, force = mass_and_force(numbers, frame)
         force, which = force + now.motors, self.giving_way
-        pushed = self.contacts.push(at, which, self.touches.approach) if len(which) else None
+        pushed = self.contacts.push(frame, which, self.touches.approach) if len(which) else None
         if pushed is not None:
             force = force + pushed.force
-        return Motion(t, at, u, now.alpha, now.motors, mass, force, pushed)
+        return Motion(t, frame, u, now.alpha, now.motors, mass, force, pushed)
 
-    def accelerations(self, at: Motion) -> tuple[FloatArray, FloatArray]:
+    def accelerations(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
         """Accelerations (m, N), and forces (m, k) of the contacts that are held closed, N.
 
         ``M q'' = Q - h + G^T F``, and for each of them ``g'' = G q'' + b = 0``, with what rounding
         leaves of the gap dying out.
         """
         first, held = self.model.first, self.held
-        a = np.zeros(at.force.shape)
+        a = np.zeros(motion.force.shape)
         if first:
-            a[:, 0] = at.alpha
-        right = at.force[:, first:] - at.mass[:, first:, 0] * at.alpha[:, None] * bool(first)
-        mass, count = at.mass[:, first:, first:], at.force.shape[1] - first
+            a[:, 0] = motion.alpha
+        right = motion.force[:, first:] - motion.mass[:, first:, 0] * motion.alpha[:, None] * bool(
+            first
+        )
+        mass, count = motion.mass[:, first:, first:], motion.force.shape[1] - first
         if not len(held):
             a[:, first:] = np.linalg.solve(mass, right[:, :, None])[:, :, 0]
-            return a, np.zeros((len(at.t), 0))
-        closed = self.contacts.push(at.frame, held, self.touches.approach)
+            return a, np.zeros((len(motion.t), 0))
+        closed = self.contacts.push(motion.frame, held, self.touches.approach)
         rows = closed.rows[:, :, first:]
-        whole = np.zeros((len(at.t), count + len(held), count + len(held)))
+        whole = np.zeros((len(motion.t), count + len(held), count + len(held)))
         whole[:, :count, :count], whole[:, count:, :count] = mass, rows
         whole[:, :count, count:] = -rows.swapaxes(1, 2)
-        bend = self.contacts.bend(at.frame, held)
+        bend = self.contacts.bend(motion.frame, held)
         bend += BAUMGARTE_RATE * (2 * closed.gap_rate + BAUMGARTE_RATE * closed.gap)
         if first:
-            bend += closed.rows[:, :, 0] * at.alpha[:, None]
+            bend += closed.rows[:, :, 0] * motion.alpha[:, None]
         solved = np.linalg.solve(whole, np.concatenate([right, -bend], axis=1)[:, :, None])
         a[:, first:] = solved[:, :count, 0]
         return a, solved[:, count:, 0]
 
-    def motor_torque(self, at: Motion, a: FloatArray, held: FloatArray) -> FloatArray:
+    def motor_torque(self, motion: Motion, a: FloatArray, held: FloatArray) -> FloatArray:
         """Torque (m,) of the speed drive on the guide, from its own row of the equations, N m."""
         if not self.model.first:
-            return np.zeros(len(at.t))
-        torque = np.einsum("mj,mj->m", at.mass[:, 0], a) - at.force[:, 0]
+            return np.zeros(len(motion.t))
+        torque = np.einsum("mj,mj->m", motion.mass[:, 0], a) - motion.force[:, 0]
         if held.shape[1]:
-            closed = self.contacts.push(at.frame, self.held, self.touches.approach)
+            closed = self.contacts.push(motion.frame, self.held, self.touches.approach)
             rows = closed.rows[:, :, 0]
             torque = torque - (rows * held).sum(axis=1)
         return np.asarray(torque)
@@ -389,22 +391,22 @@ class System:
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
         """Likewise at several, of free coordinates."""
-        at = self.motion(t, q, v)
+        motion = self.motion(t, q, v)
         first, faces = self.model.first, self.contacts.faces
-        force, mass = at.force[:, first:], at.mass[:, first:, first:]
+        force, mass = motion.force[:, first:], motion.mass[:, first:, first:]
         if first:
-            force = force - at.mass[:, first:, 0] * at.alpha[:, None]
+            force = force - motion.mass[:, first:, 0] * motion.alpha[:, None]
         touching = np.zeros((len(t), 0, 2))
-        if at.pushed is not None:
-            of_faces = at.pushed.which < faces
+        if motion.pushed is not None:
+            of_faces = motion.pushed.which < faces
             touching = np.stack(
-                [at.pushed.gap[:, of_faces], at.pushed.gap_rate[:, of_faces]], axis=2
+                [motion.pushed.gap[:, of_faces], motion.pushed.gap_rate[:, of_faces]], axis=2
             )
-        return Evaluation(mass, force, at, touching)
+        return Evaluation(mass, force, motion, touching)
 
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def jacobians(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Springs and dampers, walls and friction."""
-        kept: Motion = at.kept.pick(None)
+        kept: Motion = evaluation.kept.pick(None)
         first, numbers = self.model.first, self.model.numbers
         self.measure_moves(kept.frame)
         stiffness, damping = numbers.stiffness, numbers.damping
@@ -417,9 +419,9 @@ class System:
         """Take how far coordinates move points at a frame (1,), for `size`."""
         self._moves = moved_by(self.model.numbers, frame)[:, self.model.first :].T.copy()
 
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+    def contacts_at(self, evaluation: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, n) of the gaps of levers' contacts that press, and their forces."""
-        pushed, first = at.kept.pushed, self.model.first
+        pushed, first = evaluation.kept.pushed, self.model.first
         if pushed is None or not (pushed.which < self.contacts.faces).any():
             return None
         of_faces = pushed.which < self.contacts.faces
@@ -438,19 +440,23 @@ class System:
         values, jumps = self.track.present.knots
         return [(values, jumps)]
 
-    def places(self, at: Evaluation) -> list[float]:
+    def places(self, evaluation: Evaluation) -> list[float]:
         """P's place on it, but for a pin with play: its track does not push it all the time."""
-        return [] if self.model.layout.slides else [float(at.kept.place)]
+        return [] if self.model.layout.slides else [float(evaluation.kept.place)]
 
-    def moved_by_point(self, k: int, at: Evaluation) -> float:  # noqa: ARG002
+    def moved_by_point(self, k: int, evaluation: Evaluation) -> float:  # noqa: ARG002
         """How much (m/s^2) things accelerate if the track pushes P aside by 1 m/s^2.
 
         Pushed aside, P slides along the guide by 1 / sine of the angle between the two, unless
         there is play between them.
         """
-        if not len(at.force) or not isinstance(self.track, TrackPoint):
+        if not len(evaluation.force) or not isinstance(self.track, TrackPoint):
             return 0.0
-        model, frame, place = self.model, at.kept.frame, np.array([float(at.kept.place)])
+        model, frame, place = (
+            self.model,
+            evaluation.kept.frame,
+            np.array([float(evaluation.kept.place)]),
+        )
         along = self.track.at(place)[1][0]
         along /= abs(along)
         pushed = 1j * along
@@ -459,4 +465,4 @@ class System:
             pushed = axis / max(abs((axis.conjugate() * along).imag), LEAST_SINE)
         by = frame.by[model.numbers.centres, model.first :]
         pulled = ((by.conj() * pushed).real * model.numbers.masses[:, None]).sum(axis=0)
-        return self.size(np.asarray(np.linalg.solve(at.mass, pulled)))
+        return self.size(np.asarray(np.linalg.solve(evaluation.mass, pulled)))

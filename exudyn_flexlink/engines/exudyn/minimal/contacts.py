@@ -255,13 +255,13 @@ class ContactGroup:
         self._any_rubs = bool(self._rubs.any())
         self._ropes = [(i, tree.pieces[k]) for i, k in enumerate(which) if k in tree.pieces]
 
-    def seen(self, at: Poses) -> Seen:
+    def seen(self, poses: Poses) -> Seen:
         """Gaps and places of all, and their rates."""
-        return self.shapes.seen(at)
+        return self.shapes.seen(poses)
 
-    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+    def path(self, poses: Poses) -> tuple[ComplexArray, ComplexArray]:
         """How first parts move as seen from second ones: see `mechanism.shapes`."""
-        return self.shapes.path(at)
+        return self.shapes.path(poses)
 
     def look(self, moving: Moving) -> tuple[Look, Rows]:
         """Look at all, with gradients, by which forces act on coordinates."""
@@ -285,13 +285,13 @@ class ContactGroup:
 
     def gap_bends(self, moving: Moving, look: Look) -> FloatArray:
         """Second derivatives (..., c), m/s^2, of gaps where no coordinate accelerates."""
-        x, v, at, rates, _ = moving
-        bends = self._kinematics.bends(at, rates, x, v, np.zeros_like(x))
+        x, v, places, rates, _ = moving
+        bends = self._kinematics.bends(places, rates, x, v, np.zeros_like(x))
         return self.shapes.gap_bends(look, poses(moving), bends.origin)
 
-    def view(self, at: Poses) -> ComplexArray:
+    def view(self, poses: Poses) -> ComplexArray:
         """What is seen from the axes of curves (..., c), of contacts with curves alone."""
-        return self.shapes.view(at)
+        return self.shapes.view(poses)
 
 
 class ContactPush(NamedTuple):
@@ -360,27 +360,27 @@ class ActingContacts(ContactGroup):
         return ContactPush(force, press, power, supply, look, rows)
 
     def slopes(
-        self, at: ContactPush, moving: Moving, approach: FloatArray
+        self, push: ContactPush, moving: Moving, approach: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
         """Stiffness and damping (links, links) at one instant; None without any.
 
         They come from walls, from friction, and from a normal that turns as what is round moves
         past, and friction with it.
         """
-        look, (across, along) = at.look, at.rows
+        look, (across, along) = push.look, push.rows
         bends = bool(look.bend.any())
         if not self._stiff and not bends:
             return None
         _, spring, damper = self.pressing(look.gap, look.gap_rate, approach)
         rubbed = np.tanh(look.slip / self._slip_speed)
         slid = self._walls * across - (self._friction * rubbed)[:, None] * along
-        drag = self._friction * np.maximum(at.press, 0.0) * (1 - rubbed**2) / self._slip_speed
+        drag = self._friction * np.maximum(push.press, 0.0) * (1 - rubbed**2) / self._slip_speed
         stiffness = (slid.T * spring) @ across
         damping = (slid.T * damper) @ across + (along.T * drag) @ along
         if bends:
             past = self._past(moving, look)
             turned = past + (self._friction * rubbed)[:, None] * across
-            stiffness -= (turned.T * (at.press * look.bend)) @ past
+            stiffness -= (turned.T * (push.press * look.bend)) @ past
         return stiffness, damping
 
     def _past(self, moving: Moving, look: Look) -> FloatArray:

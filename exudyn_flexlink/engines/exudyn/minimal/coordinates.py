@@ -148,7 +148,7 @@ class TreeCoordinates(Protocol):
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far (m) a dependent coordinate ended a step from where its speeds take it."""
 
-    def pushed(self, k: int, at: TreeState) -> FloatArray:
+    def pushed(self, k: int, state: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
 
     def on_dead_centre(self, at_stop: bool) -> OnSingularity:  # noqa: ARG002
@@ -162,7 +162,7 @@ class TreeCoordinates(Protocol):
         """Tell at which instants (n,) within the last step a loop is all but at a dead centre."""
         return np.zeros(len(t), dtype=bool)
 
-    def locked(self, at: TreeState) -> str:
+    def locked(self, state: TreeState) -> str:
         """Say at which dead centre the mechanism all but is; empty if at none."""
 
 
@@ -283,10 +283,13 @@ class OpenCoordinates(TreeCoordinates):
         places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
             # At a few instants numbers are faster than arrays.
-            at = np.array([rider.at(place) for place in u[:, k].tolist()])
+            values = np.array([rider.at(place) for place in u[:, k].tolist()])
             along = rate[:, k, None]
-            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = at[:, :2], at[:, 2:4]
-            speed[:, slides], b[:, slides] = at[:, 2:4] * along, at[:, 4:] * along * along
+            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = (
+                values[:, :2],
+                values[:, 2:4],
+            )
+            speed[:, slides], b[:, slides] = values[:, 2:4] * along, values[:, 4:] * along * along
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:  # noqa: ARG002
         """A step ended here; what holds here needs neither its time nor accelerations."""
@@ -314,7 +317,7 @@ class OpenCoordinates(TreeCoordinates):
         off = stages.x[-1] - start.x - h * (weights @ stages.v)
         return float((self._followed * np.abs(off)).max(initial=0.0))
 
-    def pushed(self, k: int, at: TreeState) -> FloatArray:
+    def pushed(self, k: int, state: TreeState) -> FloatArray:
         """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2.
 
         Pushed aside, a guided point slides by 1 / sine of the angle between guide and track.
@@ -322,14 +325,14 @@ class OpenCoordinates(TreeCoordinates):
         moved = np.zeros((self._links, 1 if k < len(self._guides) else 2))
         if k < len(self._guides):
             guide = self._guides[k]
-            sine = guide.sine(float(at.x[guide.guided.turning]), float(at.places[k]))
+            sine = guide.sine(float(state.x[guide.guided.turning]), float(state.places[k]))
             moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), LEAST_SINE)
         else:
             moved[self._rides[k - len(self._guides)]] = np.eye(2)
         return moved
 
-    def locked(self, at: TreeState) -> str:
+    def locked(self, state: TreeState) -> str:
         """Say that a guide's axis all but touches its track; empty if none does."""
-        places = zip(self._guides, at.places.tolist(), strict=False)
-        grazing = any(g.grazes(float(at.x[g.guided.turning]), u) for g, u in places)
+        places = zip(self._guides, state.places.tolist(), strict=False)
+        grazing = any(g.grazes(float(state.x[g.guided.turning]), u) for g, u in places)
         return AT_DEAD_CENTRE if grazing else ""

@@ -168,37 +168,39 @@ class LinkKinematics:
         moved = axis.take(self._parent, axis=-1) * self._offset + slide * x
         return Places(angle, axis, moved @ self._above, slide)
 
-    def rates(self, at: Places, x: FloatArray, v: FloatArray) -> Rates:
+    def rates(self, places: Places, x: FloatArray, v: FloatArray) -> Rates:
         """First derivatives at speeds (..., links)."""
         angle = v @ self.turning
         spin = 1j * angle
-        turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
-        slid = at.slide * (v + spin[..., :-1] * x)
+        turned = (spin * places.axis).take(self._parent, axis=-1) * self._offset
+        slid = places.slide * (v + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above, spin)
 
     def moving(self, x: FloatArray, v: FloatArray, t: FloatArray | float = 0.0) -> Moving:
         """Look at coordinates and speeds (..., links) at instants (...) s."""
-        at = self.places(x)
-        return Moving(x, v, at, self.rates(at, x, v), t)
+        places = self.places(x)
+        return Moving(x, v, places, self.rates(places, x, v), t)
 
-    def bends(self, at: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray) -> Rates:
+    def bends(
+        self, places: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray
+    ) -> Rates:
         """Second derivatives at accelerations (..., links)."""
         angle = a @ self.turning
         turning = 1j * angle
         spin = turning - rates.angle**2
-        turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
-        slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
+        turned = (spin * places.axis).take(self._parent, axis=-1) * self._offset
+        slid = places.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above, turning)
 
-    def moves(self, at: Places, points: Points) -> ComplexArray:
+    def moves(self, places: Places, points: Points) -> ComplexArray:
         """Derivatives (..., points, links) of points by the coordinates."""
-        carried = self.carries(at, points.places(at))
+        carried = self.carries(places, points.places(places))
         return np.asarray(np.where(self.moved_by[points.links], carried, 0.0))
 
-    def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
+    def carries(self, places: Places, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) of points as if every link carried them."""
-        by_hinges = self._spin * (points[..., None] - at.origin[..., None, :-1])
-        return np.asarray(by_hinges + at.slide[..., None, :])
+        by_hinges = self._spin * (points[..., None] - places.origin[..., None, :-1])
+        return np.asarray(by_hinges + places.slide[..., None, :])
 
 
 class Points:
@@ -209,26 +211,26 @@ class Points:
         self.links = np.array([link for link, _, _ in places], dtype=int)  # -1: the ground
         self._arms = np.array([complex(x, y) for _, x, y in places])
 
-    def places(self, at: Places) -> ComplexArray:
+    def places(self, links: Places) -> ComplexArray:
         """Return the points (..., points)."""
-        arms = at.axis.take(self.links, axis=-1) * self._arms
-        return np.asarray(at.origin.take(self.links, axis=-1) + arms)
+        arms = links.axis.take(self.links, axis=-1) * self._arms
+        return np.asarray(links.origin.take(self.links, axis=-1) + arms)
 
-    def rates(self, at: Places, rates: Rates) -> ComplexArray:
+    def rates(self, links: Places, rates: Rates) -> ComplexArray:
         """First derivatives (..., points)."""
-        turned = (rates.spin * at.axis).take(self.links, axis=-1) * self._arms
+        turned = (rates.spin * links.axis).take(self.links, axis=-1) * self._arms
         return np.asarray(rates.origin.take(self.links, axis=-1) + turned)
 
-    def bends(self, at: Places, rates: Rates, bends: Rates) -> ComplexArray:
+    def bends(self, links: Places, rates: Rates, bends: Rates) -> ComplexArray:
         """Second derivatives (..., points)."""
-        turned = ((bends.spin - rates.angle**2) * at.axis).take(self.links, axis=-1)
+        turned = ((bends.spin - rates.angle**2) * links.axis).take(self.links, axis=-1)
         return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._arms)
 
 
 def poses(moving: Moving) -> Poses:
     """Return the links as contacts ask for them."""
-    _, _, at, rates, t = moving
-    return Poses(at.origin, at.axis, at.angle, rates.origin, rates.angle, rates.spin, t)
+    _, _, places, rates, t = moving
+    return Poses(places.origin, places.axis, places.angle, rates.origin, rates.angle, rates.spin, t)
 
 
 def motions(
@@ -237,14 +239,14 @@ def motions(
     """Poses of all parts at coordinates, speeds and accelerations (instants, links)."""
     frames = [layout.frames[part] for part in range(len(layout.frames))]
     origins = Points(layout, [Anchor(part, 0.0, 0.0) for part in range(len(frames))])
-    at = kinematics.places(x)
-    rates = kinematics.rates(at, x, v)
-    bends = kinematics.bends(at, rates, x, v, a)
+    places = kinematics.places(x)
+    rates = kinematics.rates(places, x, v)
+    bends = kinematics.bends(places, rates, x, v, a)
     angles = np.array([frame.angle for frame in frames])
     return Motions(
-        _poses(origins.places(at), at.angle[..., origins.links] + angles),
-        _poses(origins.rates(at, rates), rates.angle[..., origins.links]),
-        _poses(origins.bends(at, rates, bends), bends.angle[..., origins.links]),
+        _poses(origins.places(places), places.angle[..., origins.links] + angles),
+        _poses(origins.rates(places, rates), rates.angle[..., origins.links]),
+        _poses(origins.bends(places, rates, bends), bends.angle[..., origins.links]),
     )
 
 
@@ -291,8 +293,8 @@ def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArra
         pose[i], rate[i] = _link_state(layout, link.parts[0], q, v)
         if above != ROOT and not (layout.links[above].parts or layout.links[above].held):
             # A free group: its two slides are its place, from which its own frame is turned only.
-            for column, at in ((x, pose[i]), (speed, rate[i])):
-                column[i - 2 : i + 1] = at[0].real, at[0].imag, at[1].real
+            for column, motion in ((x, pose[i]), (speed, rate[i])):
+                column[i - 2 : i + 1] = motion[0].real, motion[0].imag, motion[1].real
             continue
         angle, turning = pose[above, 1].real + link.turn, rate[above, 1].real
         if link.kind == HINGE:
@@ -403,9 +405,9 @@ class SlotGuide(TrackPoint):
         the axis against the track has to keep its sign, and Kantorovich's condition to hold,
         2 |f'' step| <= |f'|, with f'' at both ends of a step, and f' at its start.
         """
-        ((cx, cy), _, aside), at = self._from, self.at
+        ((cx, cy), _, aside), evaluator = self._from, self.at
         c, s = axis
-        x, y, dx, dy, ddx, ddy = at(u)
+        x, y, dx, dy, ddx, ddy = evaluator(u)
         slope, was, last = c * dy - s * dx, before[0] * dy - before[1] * dx, inf
         if slope * was <= 0:
             return None
@@ -415,7 +417,7 @@ class SlotGuide(TrackPoint):
             if abs(step) <= QUADRATIC * (1 + abs(u)):  # quadratic: exact to rounding after this one
                 return u - step
             bend, gone, u = abs(c * ddy - s * ddx), 2 * abs(step), u - step
-            x, y, dx, dy, ddx, ddy = at(u)
+            x, y, dx, dy, ddx, ddy = evaluator(u)
             slope, last_bend = c * dy - s * dx, abs(c * ddy - s * ddx)
             if bend * gone > least or last_bend * gone > least or gone > last or slope * was <= 0:
                 return None
@@ -433,8 +435,8 @@ class SlotGuide(TrackPoint):
         way = angle - self._turned
         while part > LEAST_PART:
             ahead = min(1.0, done + part)
-            at, before = self._turned + ahead * way, self._turned + done * way
-            foot = self._newton((cos(at), sin(at)), u, (cos(before), sin(before)))
+            target, before = self._turned + ahead * way, self._turned + done * way
+            foot = self._newton((cos(target), sin(target)), u, (cos(before), sin(before)))
             if foot is None:
                 part /= 2
             elif ahead == 1.0:

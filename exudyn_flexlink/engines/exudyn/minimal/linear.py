@@ -62,24 +62,24 @@ def linear_model(
         state = model.states(np.zeros(1), *z[:, None])
         if model.frictions.all:
             model.frictions.settle(model.without_reactions(np.zeros(1), state))
-        at = model.forces_at(np.zeros(1), state).pick(0)
-        _refuse(model, at.kept)
-        residuals = partial(_residuals, model, z, at.accelerations)
-        slopes, errors = _slopes(residuals, _steps(model, at.kept))
+        tree = model.forces_at(np.zeros(1), state).pick(0)
+        _refuse(model, tree.kept)
+        residuals = partial(_residuals, model, z, tree.accelerations)
+        slopes, errors = _slopes(residuals, _steps(model, tree.kept))
     except (DeadCentreError, *TROUBLES) as error:
         raise NotLinearError(f"no linear equations there: {error}") from error
     names, units, factors = zip(*_named(model), strict=True)
     scaled = np.outer(factors, factors)
-    moving = at.kept.state.transform.expanded(np.diag(factors))
+    moving = tree.kept.state.transform.expanded(np.diag(factors))
     still = np.zeros_like(moving)
-    moved = motions(layout, model.kinematics, still + at.kept.state.x, moving, still)
+    moved = motions(layout, model.kinematics, still + tree.kept.state.x, moving, still)
     return LinearModel(
         scene,
         assembly,
         time,
         names,
         units,
-        scaled * at.mass,
+        scaled * tree.mass,
         scaled * slopes[1],
         scaled * slopes[0],
         np.abs(scaled) * errors[1],
@@ -103,22 +103,22 @@ def _two_sided(model: MinimalModel) -> list[int]:
     return [k for k, face in faces if isinstance(face, FaceContact) and face.side == 0]
 
 
-def _depths(model: MinimalModel, at: ContactPush) -> FloatArray:
+def _depths(model: MinimalModel, push: ContactPush) -> FloatArray:
     """Depths (a,) beyond which the contacts that act are no longer smooth; inf where always."""
     contacts = model.contacts
     walls = np.arange(len(contacts.all)) >= contacts.count  # which go on smoothly, if linear
     always = contacts.lets_go | (walls & (Laws([c.law for c in contacts.all]).exponents == 1))
     always[_two_sided(model)] = True
-    return np.where(always[model.touches.pressing], np.inf, -at.look.gap)
+    return np.where(always[model.touches.pressing], np.inf, -push.look.gap)
 
 
-def _refuse(model: MinimalModel, at: TreeForces) -> None:
+def _refuse(model: MinimalModel, tree: TreeForces) -> None:
     """Refuse what has no linear equations: what friction, freewheels or impulses hold."""
     contacts = model.contacts.all
     for k in model.rigid.closed():
         why = "presses by impulse, which has no stiffness: give it a law that has one"
         raise NotLinearError(f"'{contacts[k].name}' {why}")
-    driven = model.frictions.driven(at.state)
+    driven = model.frictions.driven(tree.state)
     for k in model.frictions.held.tolist():
         name = model.frictions.all[k].name
         if model.frictions.one_way[k]:
@@ -126,11 +126,11 @@ def _refuse(model: MinimalModel, at: TreeForces) -> None:
             raise NotLinearError(f"freewheel '{name}' {why}")
         if not driven[k]:
             raise NotLinearError(f"dry friction of joint '{name}' holds it")
-    if at.push is None:
+    if tree.push is None:
         return
     acting = [contacts[k] for k in model.touches.pressing]
-    depths = _depths(model, at.push).tolist()
-    slips = at.push.look.slip.tolist()
+    depths = _depths(model, tree.push).tolist()
+    slips = tree.push.look.slip.tolist()
     for contact, depth, slip in zip(acting, depths, slips, strict=True):
         friction = contact.friction
         if friction is not None and abs(slip) < SLIDES * friction.slip_speed:
@@ -148,8 +148,8 @@ def _residuals(
     parts = 1 + len(moved) * len(model.layout.links) ** 2 // AT_ONCE
     for part in np.array_split(z + moved, parts):
         time = np.zeros(len(part))
-        at = model.forces_at(time, model.states(time, part[:, 0], part[:, 1]))
-        residuals.append(at.mass @ accelerations - at.force)
+        evaluation = model.forces_at(time, model.states(time, part[:, 0], part[:, 1]))
+        residuals.append(evaluation.mass @ accelerations - evaluation.force)
     return np.concatenate(residuals)
 
 
@@ -188,16 +188,16 @@ def _slopes(
     return slopes, errors
 
 
-def _steps(model: MinimalModel, at: TreeForces) -> FloatArray:
+def _steps(model: MinimalModel, tree: TreeForces) -> FloatArray:
     """Largest differences (n,) of the coordinates, by what they move and by depths of contacts."""
-    state = at.state
+    state = tree.state
     model.look(state.x, state.transform)
     moved = np.array([model.size(way) for way in np.eye(len(model.coordinates.numbers))])
     size = max(part.reach for part in model.assembly.mechanism.parts)
     steps = LARGEST * size / np.maximum(moved, LEAST_MOVED * moved.max())
-    if at.push is not None:
-        across = np.abs(state.transform.reduced_rows(at.push.rows.across))
-        depths = _depths(model, at.push)[:, None]
+    if tree.push is not None:
+        across = np.abs(state.transform.reduced_rows(tree.push.rows.across))
+        depths = _depths(model, tree.push)[:, None]
         deep = OF_DEPTH * depths / np.maximum(across, np.finfo(float).tiny)
         steps = np.minimum(steps, deep.min(axis=0))
     return np.asarray(steps)

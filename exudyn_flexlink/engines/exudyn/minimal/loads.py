@@ -73,14 +73,16 @@ class Stretches:
         self._line = np.array([_line_of(layout, slide) for _, _, slide in pairs], dtype=complex)
         self.slides = self._line != 0
 
-    def look(self, at: Places) -> Stretched:
+    def look(self, places: Places) -> Stretched:
         """Look at links (..., links + 1)."""
-        between = self.second.places(at) - self.first.places(at)
-        moved = self._kinematics.moves(at, self.second) - self._kinematics.moves(at, self.first)
+        between = self.second.places(places) - self.first.places(places)
+        moved = self._kinematics.moves(places, self.second) - self._kinematics.moves(
+            places, self.first
+        )
         size = np.abs(between)
         along = between / np.maximum(size, MEETING)
         if self.slides.any():
-            line = at.axis.take(self.first.links, axis=-1) * self._line
+            line = places.axis.take(self.first.links, axis=-1) * self._line
             along = np.where(self.slides, line, along)
             size = np.where(self.slides, (line.conj() * between).real, size)
         return Stretched(between, along, size, moved)
@@ -109,10 +111,10 @@ class LinearSprings:
 
     def pull_and_lost(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Generalised forces (..., links) at coordinates and speeds (..., links); power lost, W."""
-        at, ends = self._kinematics.places(x), self._stretches
-        rates = self._kinematics.rates(at, x, v)
-        between, along, size, moved = ends.look(at)
-        moving = ends.second.rates(at, rates) - ends.first.rates(at, rates)
+        places, ends = self._kinematics.places(x), self._stretches
+        rates = self._kinematics.rates(places, x, v)
+        between, along, size, moved = ends.look(places)
+        moving = ends.second.rates(places, rates) - ends.first.rates(places, rates)
         rate = (along.conj() * moving).real
         pulled = (self._stiffness * (size - self._length) + self._damping * rate) * along
         drawn = self._stiffness * between + self._damping * moving

@@ -88,7 +88,7 @@ class MinimalModel:
         # Parts may turn about any point that is referred to: an angle can move every one of them.
         outlines = [((0.0, 0.0), *part.points) for part in mechanism.parts]
         self._points = Points(
-            layout, [Anchor(i, *at) for i, points in enumerate(outlines) for at in points]
+            layout, [Anchor(i, *anchor) for i, points in enumerate(outlines) for anchor in points]
         )
         # How far (m) a unit of each coordinate moves a point.
         lengths = np.abs(self._moves_of_points(self.start[0])).max(0, initial=0.0)
@@ -228,34 +228,36 @@ class MinimalModel:
             mass[i], force[i] = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
         return mass, force
 
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def jacobians(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs, dampers, loads, walls, friction, round contacts.
 
         Rigid contacts, and joints that rest, hold part of them. Other slopes, as of directions that
         turn with the mechanism, are left to the iteration.
         """
-        giving, projector = self._giving(at), self._projector(at)
+        giving, projector = self._giving(evaluation), self._projector(evaluation)
         return giving if projector is None else projector.slopes(*giving)
 
-    def _projector(self, at: Evaluation) -> Projector | None:
+    def _projector(self, evaluation: Evaluation) -> Projector | None:
         """Projector past closed gaps and joints that rest, at one state; None without them."""
-        joints = self.frictions.held_rows(at)
+        joints = self.frictions.held_rows(evaluation)
         if not self.rigid.closed():
-            return Projector.past(at.mass, joints, joints) if len(joints) else None
-        gaps, pushed = self.rigid.held(at)
+            return Projector.past(evaluation.mass, joints, joints) if len(joints) else None
+        gaps, pushed = self.rigid.held(evaluation)
         if not len(joints):
-            return Projector.past(at.mass, gaps, pushed)
-        return Projector.past(at.mass, np.vstack([gaps, joints]), np.vstack([pushed, joints]))
+            return Projector.past(evaluation.mass, gaps, pushed)
+        return Projector.past(
+            evaluation.mass, np.vstack([gaps, joints]), np.vstack([pushed, joints])
+        )
 
-    def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def _giving(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without rigid contacts."""
-        stiffness, damping = self.springs(at)
-        whole: TreeForces = at.kept
+        stiffness, damping = self.springs(evaluation)
+        whole: TreeForces = evaluation.kept
         transform = whole.state.transform
         for across in self._slopes(whole):
             stiffness = stiffness + transform.reduced(across[0])
             damping = damping + transform.reduced(across[1])
-        return stiffness, damping + self.rigid.slopes(at)
+        return stiffness, damping + self.rigid.slopes(evaluation)
 
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
@@ -269,21 +271,21 @@ class MinimalModel:
             matrices.append(falls(push, x, v, self._lengths))
         return [slopes for slopes in matrices if slopes is not None]
 
-    def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def springs(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
-        state: TreeState = at.kept.state
+        state: TreeState = evaluation.kept.state
         stiffness, damping = self.all_springs.slopes(state.x, state.v, self._lengths)
         return state.transform.reduced(stiffness), state.transform.reduced(damping)
 
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+    def contacts_at(self, evaluation: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
-        acting, push = self.contacts.acting(self.touches.pressing), at.kept.push
+        acting, push = self.contacts.acting(self.touches.pressing), evaluation.kept.push
         if acting is None or not acting.scene_count:
             return None
-        state: TreeState = at.kept.state
+        state: TreeState = evaluation.kept.state
         rows = state.transform.reduced_rows(push.rows.across[: acting.scene_count])
         # Closed gaps let a force through to the same motions by which they let a gap open.
-        projector = self._projector(at)
+        projector = self._projector(evaluation)
         rows = rows if projector is None else rows @ projector.free.T
         which = acting.which[: acting.scene_count]
         return rows, press_by(acting.laws[: acting.scene_count], self.touches.approach[which])
@@ -309,16 +311,16 @@ class MinimalModel:
         """Knots and jumps of the slots' present pieces."""
         return [point.knots for point in self.coordinates.points]
 
-    def places(self, at: Evaluation) -> Sequence[float]:
+    def places(self, evaluation: Evaluation) -> Sequence[float]:
         """Places of the slots' points on their present pieces."""
-        places: list[float] = at.kept.state.places.tolist()
+        places: list[float] = evaluation.kept.state.places.tolist()
         return places
 
-    def moved_by_point(self, k: int, at: Evaluation) -> float:
+    def moved_by_point(self, k: int, evaluation: Evaluation) -> float:
         """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
-        if not len(at.force):
+        if not len(evaluation.force):
             return 0.0
-        state: TreeState = at.kept.state
-        pushed = at.kept.mass @ self.coordinates.pushed(k, state)
+        state: TreeState = evaluation.kept.state
+        pushed = evaluation.kept.mass @ self.coordinates.pushed(k, state)
         along = state.transform.reduced_rows(pushed.T)
-        return self.size(np.linalg.solve(at.mass, along.T).T)
+        return self.size(np.linalg.solve(evaluation.mass, along.T).T)

@@ -143,9 +143,9 @@ class MinimalProblem:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def begin(self, at: Evaluation) -> None:
+    def begin(self, start: Evaluation) -> None:
         """Record the state at time 0."""
-        self.recorder.begin(at)
+        self.recorder.begin(start)
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
         """Take up the present state, with the independent coordinates that are best there."""
@@ -156,27 +156,27 @@ class MinimalProblem:
         ways = self.model.frictions.way
         self.finder.frictions.settle(time, q, v)
         self._jumped |= bool(np.any(self.model.frictions.way != ways))  # as a drive stops, too
-        at = self.model.evaluate(time, q, v)
-        pulled = self._pulled(at)
+        evaluation = self.model.evaluate(time, q, v)
+        pulled = self._pulled(evaluation)
         if pulled is not None:
             self.strike(time, pulled, pulled)
             return self.restart(time)
-        self.model.look(at.kept.state.x, at.kept.state.transform)
+        self.model.look(evaluation.kept.state.x, evaluation.kept.state.transform)
         if self._jumped:
             self._jumped = False
-            self.recorder.keep(at)
-        return at, State(q, v, at.accelerations)
+            self.recorder.keep(evaluation)
+        return evaluation, State(q, v, evaluation.accelerations)
 
-    def _pulled(self, at: Evaluation) -> int | None:
+    def _pulled(self, evaluation: Evaluation) -> int | None:
         """Rigid contact whose reaction has jumped below zero, as a force or a curvature jumps."""
         closed = self.model.rigid.closed()
         if self._pushes is None or not closed:
             return None
         pressed = self._pushes[:, closed, 0].max(axis=0)
-        pulls = np.where(pressed > 0, at.kept.pushes[closed, 0] + PULLS * pressed, 0.0)
+        pulls = np.where(pressed > 0, evaluation.kept.pushes[closed, 0] + PULLS * pressed, 0.0)
         return closed[int(pulls.argmin())] if pulls.min() < 0 else None
 
-    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+    def position_per_speed_error(self, evaluation: Evaluation) -> FloatArray:
         """Matrix (n, n), s, from errors of speeds to those of places: see `slow_motions`.
 
         What flies between the walls of a sleeve keeps such errors until the next touch, not until
@@ -184,17 +184,17 @@ class MinimalProblem:
         pair of link and guide that has touched counts as a spring across its gap, so soft that
         errors last as in the longest flight so far.
         """
-        state = at.kept.state
+        state = evaluation.kept.state
         caught = sorted(k for k in self.model.touches.ever if k >= self._walls)
         if self._lasting is None or state.transform.chosen is None or caught:
-            stiffness = self.model.springs(at)[0]
+            stiffness = self.model.springs(evaluation)[0]
             if caught:
-                flight = max(self._longest_flight(float(at.kept.t)), SHORTEST_SWING)
+                flight = max(self._longest_flight(float(evaluation.kept.t)), SHORTEST_SWING)
                 moving = self.model.kinematics.moving(state.x, state.v)
                 stiffness = stiffness + self.model.contacts.catching(
-                    caught, moving, state.transform, at.mass, FREELY / PART * flight
+                    caught, moving, state.transform, evaluation.mass, FREELY / PART * flight
                 )
-            self._lasting = slow_motions(at.mass, stiffness, self.end, SHORTEST_SWING)
+            self._lasting = slow_motions(evaluation.mass, stiffness, self.end, SHORTEST_SWING)
         return self._lasting
 
     def _longest_flight(self, time: float) -> float:
@@ -232,9 +232,9 @@ class MinimalProblem:
             self._states = _StepStates(step, states.pick(-1), states)
         return self._states
 
-    def longest(self, at: Evaluation) -> float:
+    def longest(self, evaluation: Evaluation) -> float:
         """Limit of a step, s: links turn by LARGEST_TURN at most."""
-        turning = np.abs(at.kept.state.v[self.model.kinematics.hinge])
+        turning = np.abs(evaluation.kept.state.v[self.model.kinematics.hinge])
         fastest = float(turning.max(initial=0.0))
         limits = [self._first, LARGEST_TURN / fastest if fastest > 0 else inf]
         if self.given is not None:  # no error is controlled then: contacts that act ask for steps

@@ -250,12 +250,14 @@ class BeamCoordinates(Coordinates):
         """Rods of a beam at its start, along its slope, and at its end; those between are at 0."""
         poses, rates = self._rigid_parts(q, v)
         for beam in self._beams:
-            at, moved = beam.controls(q), beam.controls(v)
+            placed, moved = beam.controls(q), beam.controls(v)
             start, end = beam.link.rods[0], beam.link.rods[-1]
-            poses[:, start, :2], rates[:, start, :2] = at[:, 0], moved[:, 0]
-            poses[:, start, 2] = _angle(at[:, 1], poses[:, beam.link.guide, 2])
-            rates[:, start, 2] = cross(at[:, 1], moved[:, 1]) / np.sum(at[:, 1] ** 2, axis=-1)
-            poses[:, end, :2] = at[:, -2] - (beam.link.lengths[-1], 0.0)
+            poses[:, start, :2], rates[:, start, :2] = placed[:, 0], moved[:, 0]
+            poses[:, start, 2] = _angle(placed[:, 1], poses[:, beam.link.guide, 2])
+            rates[:, start, 2] = cross(placed[:, 1], moved[:, 1]) / np.sum(
+                placed[:, 1] ** 2, axis=-1
+            )
+            poses[:, end, :2] = placed[:, -2] - (beam.link.lengths[-1], 0.0)
             rates[:, end, :2] = moved[:, -2]
         return poses, rates
 
