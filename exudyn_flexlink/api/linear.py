@@ -68,8 +68,8 @@ class LinearModel(Shown, linear.LinearModel):
 
         Over the `frequency` (Hz), by default about all of the modes.
         """
-        found = linear.LinearModel.response(self, force, at, frequency, along)
-        return with_methods(Response, found)
+        response = linear.LinearModel.response(self, force, at, frequency, along)
+        return with_methods(Response, response)
 
     def __repr__(self) -> str:
         """Return one line: about what, and how many coordinates there are."""

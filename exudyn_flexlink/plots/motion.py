@@ -267,8 +267,8 @@ def lap_look(
     """
     rank, label = last - number, f"{name}lap {number}"
     if last <= NESTED:
-        own = range(number, last + 1, cycle)
-        label = f"{name}laps {', '.join(map(str, own))}" if len(own) > 1 else label
+        same_curve = range(number, last + 1, cycle)
+        label = f"{name}laps {', '.join(map(str, same_curve))}" if len(same_curve) > 1 else label
         label = label if number <= cycle else ""
     else:
         rank = 1 + cycle - number if number <= cycle else 0
