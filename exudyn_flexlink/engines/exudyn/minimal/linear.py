@@ -2,9 +2,9 @@
 
 With ``M z'' = f`` for the independent coordinates z, the residual ``r = M a - f`` at the
 accelerations a of the motion has the derivatives ``K = dr/dz`` and ``C = dr/dz'``. Central
-differences of order 8 tell them, of smooth forces to ten digits or so. Each entry is that of the
-step that agrees best with the one before: `scipy.differentiate` takes the last step, where rounding
-may have outgrown what it had gained.
+differences of order 8 give them, for smooth forces to about ten digits. Several steps are tried,
+each finer than the last. Each entry comes from the step that agrees best with the one before it.
+(`scipy.differentiate` takes the last step, although its rounding may be the larger error.)
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from exudyn_flexlink.mechanism import Assembly, FaceContact
 from exudyn_flexlink.mechanism.tree import ALONG_X, ALONG_Y, HINGE, tree_layout
 from exudyn_flexlink.scene import Scene
 
-LARGEST = 0.01  # of the mechanism's size: how far differences move anything
-LEAST_MOVED = 0.1  # of what the coordinate that moves most moves: others count as much
-OF_DEPTH = 0.2  # of a contact's depth: differences change it by less
-LEAST_DEPTH = 1e-12  # m or rad: a contact that is less deep begins or ends
-# Of a central difference of order 8 (B. Fornberg, Math. Comput. 51 (1988) 699, table 1).
+LARGEST = 0.01  # of the mechanism's size: differences move no point further
+LEAST_MOVED = 0.1  # of the largest motion by a unit of a coordinate: smaller ones count as this
+OF_DEPTH = 0.2  # of a contact's depth: differences change the depth by less
+LEAST_DEPTH = 1e-12  # m or rad: a contact of a smaller depth is just beginning or ending
+# A central difference of order 8 (B. Fornberg, Math. Comput. 51 (1988) 699, table 1).
 NODES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
-FINER, MOST_STEPS = 0.25, 7  # of each step: the next one
-ROUNDING = 2e-14  # of the forces that the first differences make: smaller changes are rounding
-AGREE = 1e-10  # of an entry: no shorter step is taken where two agree so well
-ENOUGH = 1e-12  # of those forces: likewise
+FINER, MOST_STEPS = 0.25, 7  # each step is a quarter of the one before
+ROUNDING = 2e-14  # of the changes of force in the first differences: smaller changes are rounding
+AGREE = 1e-10  # of an entry: if two steps agree so well, no shorter one is tried
+ENOUGH = 1e-12  # of the changes of force: likewise
 AT_ONCE = 4_000_000  # entries of mass matrices that are evaluated together
-SLIDES = 5.0  # times the slip at which friction acts in full but for 1e-4: a slower contact is held
+SLIDES = 5.0  # times the slip speed of a law: friction acts in full, to 1e-4; slower ones stick
 
 
 def linear_model(
@@ -90,7 +90,7 @@ def linear_model(
 
 
 def _let_press(model: MinimalModel, touching: Mapping[int, float]) -> None:
-    """Let contacts press, and what a guide without clearance holds on its axis."""
+    """Let contacts press, also those of pins that a guide without clearance holds on its axis."""
     held = {k: 0.0 for k in _two_sided(model) if model.contacts.touch(k, *model.start).inside >= 0}
     for k, approach in (held | dict(touching)).items():
         model.touches.change(k, Change.CLOSES, Moment(0.0, 0.0, -approach))
@@ -104,16 +104,18 @@ def _two_sided(model: MinimalModel) -> list[int]:
 
 
 def _depths(model: MinimalModel, push: ContactPush) -> FloatArray:
-    """Depths (a,) beyond which the contacts that act are no longer smooth; inf where always."""
+    """Changes of depth (a,) up to which active contacts stay smooth; inf if there is no limit."""
     contacts = model.contacts
-    walls = np.arange(len(contacts.all)) >= contacts.count  # which go on smoothly, if linear
+    walls = (
+        np.arange(len(contacts.all)) >= contacts.count
+    )  # linear ones are smooth through a gap of 0
     always = contacts.lets_go | (walls & (Laws([c.law for c in contacts.all]).exponents == 1))
     always[_two_sided(model)] = True
     return np.where(always[model.touches.pressing], np.inf, -push.look.gap)
 
 
 def _refuse(model: MinimalModel, tree: TreeForces) -> None:
-    """Refuse what has no linear equations: what friction, freewheels or impulses hold."""
+    """Refuse states without linear equations: those that friction, freewheels or impulses hold."""
     contacts = model.contacts.all
     for k in model.rigid.closed():
         why = "presses by impulse, which has no stiffness: give it a law that has one"
@@ -143,7 +145,7 @@ def _refuse(model: MinimalModel, tree: TreeForces) -> None:
 def _residuals(
     model: MinimalModel, z: FloatArray, accelerations: FloatArray, moved: FloatArray
 ) -> FloatArray:
-    """Residuals (states, n) where the coordinates and speeds z (2, n) are moved (states, 2, n)."""
+    """Residuals (states, n) if coordinates and speeds z (2, n) are `moved` (states, 2, n)."""
     residuals = []
     parts = 1 + len(moved) * len(model.layout.links) ** 2 // AT_ONCE
     for part in np.array_split(z + moved, parts):
@@ -154,16 +156,16 @@ def _residuals(
 
 
 def _slopes(
-    of: Callable[[FloatArray], FloatArray], steps: FloatArray
+    residuals: Callable[[FloatArray], FloatArray], steps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Derivatives (2, n, n) of residuals by coordinates and speeds, and their errors.
 
-    The first differences are by `steps` (n,), of both: what is rounding of the forces that these
-    make is 0.
+    The first differences change coordinates and speeds by `steps` (n,). Entries that are no more
+    than rounding of the forces become 0.
     """
     count = len(steps)
     ways = np.diag(np.tile(steps, 2))
-    forces = np.abs(of(ways.reshape(-1, 2, count))).max(axis=0)
+    forces = np.abs(residuals(ways.reshape(-1, 2, count))).max(axis=0)
     forces = np.where(forces > 0, forces, 1.0)
 
     best = np.zeros((2 * count, count))
@@ -171,7 +173,9 @@ def _slopes(
     larger = None
     for h in 0.25 * FINER ** np.arange(MOST_STEPS):
         moved = (h * NODES[:, None, None] * ways).reshape(-1, 2, count)
-        slopes = np.tensordot(WEIGHTS / h, of(moved).reshape(len(NODES), -1, count), 1) / forces
+        slopes = (
+            np.tensordot(WEIGHTS / h, residuals(moved).reshape(len(NODES), -1, count), 1) / forces
+        )
         if larger is not None:
             apart = np.maximum(np.abs(slopes - larger), ROUNDING)
             better = apart < error
@@ -189,7 +193,7 @@ def _slopes(
 
 
 def _steps(model: MinimalModel, tree: TreeForces) -> FloatArray:
-    """Largest differences (n,) of the coordinates, by what they move and by depths of contacts."""
+    """Largest differences (n,) of the coordinates, limited by motions and by depths of contacts."""
     state = tree.state
     model.look(state.x, state.transform)
     moved = np.array([model.size(way) for way in np.eye(len(model.coordinates.numbers))])
@@ -204,7 +208,7 @@ def _steps(model: MinimalModel, tree: TreeForces) -> FloatArray:
 
 
 def _named(model: MinimalModel) -> Iterator[tuple[str, str, float]]:
-    """Name and unit of each independent coordinate, and how much of the model's makes a unit."""
+    """Name, unit, and change of the tree's coordinate per unit, of each independent coordinate."""
     layout, parts = model.layout, model.assembly.mechanism.parts
     joints = {link: (name, sign) for name, (link, sign) in layout.joints.items()}
     for number in model.coordinates.numbers.tolist():
@@ -219,7 +223,7 @@ def _named(model: MinimalModel) -> Iterator[tuple[str, str, float]]:
             name, sign = joints[number]
             yield name, unit, sign
             continue
-        # What nothing holds hangs on two slides and a hinge, which carries it.
+        # A body that no joint holds hangs on two slides and a hinge; the hinge carries it.
         after, axis = {ALONG_X: (2, "x"), ALONG_Y: (1, "y"), HINGE: (0, "angle")}[kind]
         body = parts[layout.links[number + after].parts[0]].body
         yield f"{body}.{axis}", unit, 1.0
