@@ -159,7 +159,9 @@ class LinearModel:
         """Derivatives (2, n) of the place of each point by the coordinates."""
         q, points = self.assembly.state.q, self.assembly.mechanism.points
         by_coordinates = self.motions.reshape(q.size, -1)
-        return {name: anchor_jacobian(at, q) @ by_coordinates for name, at in points.items()}
+        return {
+            name: anchor_jacobian(anchor, q) @ by_coordinates for name, anchor in points.items()
+        }
 
     def response(
         self,

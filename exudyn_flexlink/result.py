@@ -383,10 +383,10 @@ class Extremes:
 
 @dataclass(frozen=True)
 class JumpHistory:
-    """What a joint bore as impacts made speeds jump: `time` (K,) s, and `impulse` (K, 2) N s.
+    """Impulses in a joint as impacts make speeds jump: `time` (K,) s, and `impulse` (K, 2) N s.
 
-    Global axes, on the body on which the joint's force is told. All contacts that close at one
-    instant make one jump.
+    They are in global axes, and act on the same body as the joint's force. Contacts that close at
+    one instant together make one jump.
     """
 
     time: Annotated[FloatArray, Variable(".", "s", "instant of a jump")]

@@ -79,8 +79,8 @@ class Closest:
 
     def _away(self, place: tuple[int, float], x: float, y: float) -> float:
         piece, u = place
-        at = self.at[piece](u)
-        return hypot(at[0] - x, at[1] - y)
+        values = self.at[piece](u)
+        return hypot(values[0] - x, values[1] - y)
 
     def parameters(self, points: FloatArray) -> FloatArray:
         """Parameters (...) of the whole curve, by points (..., 2)."""
@@ -111,10 +111,10 @@ class Closest:
         if self._straight[piece]:  # its parameter is the length
             return lengths[0] + u - begins[0]
         i = max(bisect_right(begins, u) - 1, 0)
-        begin, at = begins[i], self.at[piece]
+        begin, evaluator = begins[i], self.at[piece]
         whole = 0.0
         for node, weight in QUADRATURE:
-            _, _, dx, dy, _, _ = at(begin + node * (u - begin))
+            _, _, dx, dy, _, _ = evaluator(begin + node * (u - begin))
             whole += weight * hypot(dx, dy)
         return lengths[i] + whole * (u - begin)
 
@@ -214,10 +214,10 @@ def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
     return None
 
 
-def foot(at: Evaluator, x: float, y: float, u: float, steps: int = NEWTON_STEPS) -> float:
+def foot(evaluator: Evaluator, x: float, y: float, u: float, steps: int = NEWTON_STEPS) -> float:
     """Parameter of the place next to (x, y), by at most `steps` of Newton from `u`."""
     for _ in range(steps):
-        px, py, dx, dy, ddx, ddy = at(u)
+        px, py, dx, dy, ddx, ddy = evaluator(u)
         rx, ry = px - x, py - y
         slope = rx * dx + ry * dy
         speed = dx * dx + dy * dy
@@ -342,8 +342,8 @@ def reach(curve: Curve, side: float, radius: float) -> float:
     u = curve.samples[0]
     last = -1 if curve.closed else None
     u = u[: last : 1 + len(u) // MOST_SAMPLES]
-    at, tangent = curve.point(u) @ [1, 1j], curve.tangent(u) @ [1, 1j]
-    between = at - at[:, None]
+    point, tangent = curve.point(u) @ [1, 1j], curve.tangent(u) @ [1, 1j]
+    between = point - point[:, None]
     seen = between * tangent.conj()[:, None]
     across = np.abs(seen.imag)
     if not curve.closed:  # beyond its ends there is no tangent

@@ -146,10 +146,10 @@ def thin_overlaps(result: Result) -> Iterator[str]:
                 overlap = max(min(x, length - x) for x in (touch.place, touch.end_place))
                 share = touch.penetration / max(overlap, TINY)
                 worst = max(worst, (share, touch.penetration, overlap, touch.begin))
-        share, depth, overlap, at = worst
+        share, depth, overlap, instant = worst
         if share > THIN:
             yield (
-                f"after t = {at:.6g} s the point of '{face.name}' sinks {depth:.2g} m "
+                f"after t = {instant:.6g} s the point of '{face.name}' sinks {depth:.2g} m "
                 f"into the face, {share:.2g} of the {overlap:.2g} m by which it overlaps the face: "
                 "how long it stays there depends on the contact's stiffness; raise it and compare"
             )
@@ -385,10 +385,10 @@ def refusal(result: Result) -> Outcome | None:
     if result.checks.energy_residual <= GROSS * all_of_it:
         return None
     off = np.abs(energy.residual)
-    at = result.time[int(np.argmax(off > min(GROSS * all_of_it, 0.5 * off.max())))]
+    instant = result.time[int(np.argmax(off > min(GROSS * all_of_it, 0.5 * off.max())))]
     return Outcome(
         False,
-        float(at),
+        float(instant),
         f"the energy balance misses {result.checks.energy_residual / all_of_it:.2g} of all energy",
         f"what follows is no motion of this mechanism; {_remedy(result)}, and look at it there",
     )
@@ -434,13 +434,13 @@ def _gains(result: Result) -> Iterator[str]:
     ]
     if not gaining:
         return
-    gain, at, name = max(gaining)
+    gain, instant, name = max(gaining)
     about = "an impact gives more energy than it takes"
     if len(gaining) > 1:
         about = f"{len(gaining)} impacts give more energy than they take"
     more = ", or raise 'solver.steps_per_contact'" if result.settings.steps_per_contact else ""
     yield (
-        f"{about}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the "
+        f"{about}, that of '{name}' at {instant:.6g} s {gain:.3g} J, {gain / largest:.2g} of the "
         f"largest kinetic energy: {_remedy(result)}{more}"
     )
 

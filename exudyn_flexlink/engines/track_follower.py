@@ -14,8 +14,8 @@ from exudyn_flexlink.result import Event
 
 # Of the search for where an axis or a point meets a track:
 NEWTON_STEPS = 60
-QUADRATIC = 1e-8  # of the parameter: after so small a step the next one is exact to rounding
-LEAST_PART = 1e-6  # of the way that the guide has turned: in shorter parts no place is searched
+QUADRATIC = 1e-8  # of the parameter: after so short a step the place is exact to rounding
+LEAST_PART = 1e-6  # of the angle by which the guide turned: shorter parts are not tried
 
 
 class DeadCentreError(ValueError):

@@ -292,11 +292,11 @@ def _rope_over(bodies: Bodies, name: str, spec: specs.RopeSpring) -> RopeContact
     return RopeContact(name, tuple(over), length, SpringDamper(spec.stiffness, spec.damping))
 
 
-def _face_across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
+def _face_across(bodies: Bodies, slide: Slide, place: float) -> tuple[Anchor, Anchor, Anchor]:
     """Return what slides, and a face across its line at a length (m); right of it is longer."""
     half = FACE / 2 * max(part.reach for part in bodies.parts) or FACE
     along_x, along_y = cos(slide.direction), sin(slide.direction)
-    x, y = slide.first.x + at * along_x, slide.first.y + at * along_y
+    x, y = slide.first.x + place * along_x, slide.first.y + place * along_y
     start, end = (
         Anchor(slide.first.part, x - side * along_y, y + side * along_x) for side in (-half, half)
     )
@@ -410,9 +410,9 @@ class _CurveBuilder:
         try:
             return make()
         except CurveError as error:
-            at = (*path, key, error.piece) if key and error.piece is not None else path
-            at = (*path, error.key) if error.key else at
-            self.mistakes.append(Mistake(at, error.message, error.hint))
+            key_path = (*path, key, error.piece) if key and error.piece is not None else path
+            key_path = (*path, error.key) if error.key else key_path
+            self.mistakes.append(Mistake(key_path, error.message, error.hint))
             return None
 
 

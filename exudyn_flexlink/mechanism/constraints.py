@@ -502,9 +502,9 @@ class Frame:
         return self.x + c * x - s * y, self.y + s * x + c * y
 
 
-def with_at_origin(at: tuple[float, float], link: int, angle: float) -> Frame:
-    """Axes, turned by `angle` in those of a link, whose point `at` is the link's origin."""
-    x, y = Frame(link, 0.0, 0.0, angle).place(*at)
+def frame_about(point: tuple[float, float], link: int, angle: float) -> Frame:
+    """Axes turned by `angle` in those of a link; a `point` (m) in them is the link's origin."""
+    x, y = Frame(link, 0.0, 0.0, angle).place(*point)
     return Frame(link, -x, -y, angle)
 
 
@@ -529,16 +529,18 @@ def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
         known, added = (weld.first, weld.second) if near else (weld.second, weld.first)
         angle = group[known.part].angle + (weld.angle if near else -weld.angle)
         x, y = group[known.part].place(known.x, known.y)
-        back = with_at_origin((added.x, added.y), GROUND, angle)
+        back = frame_about((added.x, added.y), GROUND, angle)
         group[added.part] = Frame(GROUND, x + back.x, y + back.y, angle)
     return group
 
 
-def inertia_with_welded(at: Anchor, parts: Sequence[RigidPart], welds: Sequence[Weld]) -> float:
+def inertia_with_welded(point: Anchor, parts: Sequence[RigidPart], welds: Sequence[Weld]) -> float:
     """Moment of inertia (kg m^2) about a point of a part, with all that is welded to the part."""
     total = 0.0
-    for part, frame in welded_to(at.part, welds).items():
+    for part, frame in welded_to(point.part, welds).items():
         if part != GROUND:
             x, y = frame.place(*parts[part].centre)
-            total += parts[part].inertia + parts[part].mass * ((x - at.x) ** 2 + (y - at.y) ** 2)
+            total += parts[part].inertia + parts[part].mass * (
+                (x - point.x) ** 2 + (y - point.y) ** 2
+            )
     return total

@@ -116,21 +116,21 @@ def on_the_contact(contact: Contact, place: float) -> bool:
     return length == inf or 0 <= place <= length
 
 
-def far_behind(contact: Contact, at: Approach) -> bool:
+def far_behind(contact: Contact, look: Approach) -> bool:
     """Tell whether a point is behind a face or a curve, and farther from it than that is long.
 
     There it counts as one that came beside the face, if it can: the contact lets it pass.
     """
     if isinstance(contact, FaceContact) and contact.across:
         return False
-    opposite = on_the_contact(contact, float(at.place))
-    return opposite and float(at.gap) <= -contact.length
+    opposite = on_the_contact(contact, float(look.place))
+    return opposite and float(look.gap) <= -contact.length
 
 
-def pressed_at(contact: Contact, at: Approach) -> bool:
+def pressed_at(contact: Contact, look: Approach) -> bool:
     """Tell whether a contact that looks so is pressed: with penetration, opposite its face."""
-    pressed = at.gap < -PLACE_ROUNDING and on_the_contact(contact, float(at.place))
-    return bool(pressed) and not far_behind(contact, at)
+    pressed = look.gap < -PLACE_ROUNDING and on_the_contact(contact, float(look.place))
+    return bool(pressed) and not far_behind(contact, look)
 
 
 def pressed_among(contacts: Sequence[Contact], q: FloatArray) -> list[int]:
@@ -159,12 +159,12 @@ def idle_at_start(
     At coordinates and velocities (parts, 3) of time 0; with a sentence for each.
     """
     for contact in mechanism.contacts:
-        at = approach(contact, q, v)
-        if far_behind(contact, at):
+        look = approach(contact, q, v)
+        if far_behind(contact, look):
             what = "line" if isinstance(contact, FaceContact) else "curve"
             yield (
                 contact,
-                f"'{contact.name}' starts {-float(at.gap):.3g} m behind its {what}, which is "
+                f"'{contact.name}' starts {-float(look.gap):.3g} m behind its {what}, which is "
                 f"{contact.length:.3g} m long: it does not act until the point has come "
                 "round an end; if that side is the free one, choose the other 'side'",
             )

@@ -292,8 +292,8 @@ class PlaceTable(Applied):
         if not sides:
             return np.asarray(self._values(place))
         piece = (1 - np.array(sides)).sum(axis=0).astype(int)
-        at, begin = self._values.c[:, piece], self._values.x[piece]
-        return np.asarray(sum(c * (place - begin) ** k for k, c in enumerate(at[::-1])))
+        coefficients, begin = self._values.c[:, piece], self._values.x[piece]
+        return np.asarray(sum(c * (place - begin) ** k for k, c in enumerate(coefficients[::-1])))
 
     def switches(self, _: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
         """Values (kinks, n) that are zero at inner rows."""

@@ -98,8 +98,8 @@ def _parts(
     for term in terms:
         all_parts, rest = resolved(term, bends, lambda t: cost[0] + cost[1] * (t - clock), allowed)
         edges.append(all_parts)
-        at = np.searchsorted(all_parts, bends).tolist()  # no step goes over a bend
-        short += [pulses(all_parts[i : j + 1]) for i, j in pairwise(at) if j > i + 1]
+        numbers = np.searchsorted(all_parts, bends).tolist()  # no step goes over a bend
+        short += [pulses(all_parts[i : j + 1]) for i, j in pairwise(numbers) if j > i + 1]
         left.append(rest)
     of_pulses = np.unique(np.concatenate(short)) - clock
     return np.unique(np.concatenate(edges)) - clock, of_pulses, np.concatenate(left) - clock

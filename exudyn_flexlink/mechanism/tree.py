@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.constraints import Frame, weld_groups, with_at_origin
+from exudyn_flexlink.mechanism.constraints import Frame, frame_about, weld_groups
 from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Gear, Geared, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.model import Mechanism, Motor
 
@@ -26,8 +26,8 @@ class Link:
     """One joint and what it carries.
 
     `parent` is a link (GROUND: the ground), `offset` (m) the joint's place in the parent's axes and
-    `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries. One that
-    is `held` never moves: the force that holds it is that in the joint after it.
+    `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries. A `held`
+    link never moves: it is there to measure a force. What holds it is the force in the next joint.
     """
 
     parent: int
@@ -71,9 +71,9 @@ class TreeLayout:
 
     `frames` are those of the parts' origins, by part. `joints` has the link of each joint of the
     tree, with 1 where its coordinate moves the second part against the first, -1 where the first
-    moves against the second. `slots` are those that a guide's angle
-    alone decides, `rides` those whose place on their curve takes the place of two slides; there are
-    some of either only where no other joint closes a loop.
+    moves against the second. If no other joint closes a loop, slots need no closures: in `slots`
+    the guide's angle decides where the point is; in `rides` the place on the curve is a coordinate
+    that replaces two slides.
     """
 
     links: list[Link] = field(default_factory=list)
@@ -83,7 +83,7 @@ class TreeLayout:
     rides: list[Ride] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
     joints: dict[str, tuple[int, float]] = field(default_factory=dict)
-    felt: dict[str, tuple[int, ...]] = field(default_factory=dict)  # held links before a joint
+    felt: dict[str, tuple[int, ...]] = field(default_factory=dict)  # links held before a joint
 
     @property
     def free(self) -> list[int]:
@@ -218,11 +218,11 @@ class _Spanning:
         parent, x, y = self.layout.place(near)
         carrier = self._frames[far.part]
         group = self._number[far.part]
-        at = carrier.place(far.x, far.y)
+        origin = carrier.place(far.x, far.y)
         if isinstance(joint, Pin):
             kind, turn, angle = HINGE, 0.0, 0.0
         else:
-            # The slide's x-axis is the joint's line: seen from here, and from what hangs on it.
+            # The slide's x-axis is the joint's line: its angle on this part, and on the other part.
             along, back = joint.direction, joint.angle - joint.direction
             along, back = (-back, -along) if turned else (along, back)
             kind, turn = ALONG_X, self.layout.frame(near.part).angle + along
@@ -233,16 +233,16 @@ class _Spanning:
         link = len(self.layout.links)
         self.layout.joints[joint.name] = (link, -1.0 if turned else 1.0)
         self.layout.links.append(replace(before, kind=kind, parts=self._carried(group)))
-        self._hang(group, with_at_origin(at, link, angle))
+        self._hang(group, frame_about(origin, link, angle))
 
-    def _held(self, joint: Pin | Slide, at: Link) -> Link:
-        """Add the slides that feel the force in a joint; return where that is after them."""
+    def _held(self, joint: Pin | Slide, before: Link) -> Link:
+        """Add held slides, which measure the force in a joint; return the link after them."""
         first = len(self.layout.links)
         for kind in (ALONG_X, ALONG_Y) if isinstance(joint, Pin) else (ALONG_Y,):
-            self.layout.links.append(replace(at, kind=kind, held=True))
-            at = Link(len(self.layout.links) - 1, kind, (0.0, 0.0))
+            self.layout.links.append(replace(before, kind=kind, held=True))
+            before = Link(len(self.layout.links) - 1, kind, (0.0, 0.0))
         self.layout.felt[joint.name] = tuple(range(first, len(self.layout.links)))
-        return at
+        return before
 
     def _loose(self, mechanism: Mechanism) -> tuple[int, tuple[float, float]]:
         """Return a group that nothing holds, and the point of it that is best followed."""
@@ -254,7 +254,7 @@ class _Spanning:
         return group, self._centre_of_mass(mechanism, group)
 
     def _centre_of_mass(self, mechanism: Mechanism, group: int) -> tuple[float, float]:
-        """In the group's axes: there a free group's turning and its flight do not mix."""
+        """Centre of mass in the group's axes: about it a free group's turning is independent."""
         parts = [(mechanism.parts[part], self._frames[part]) for part in self._carried(group)]
         places = [(part.mass, frame.place(*part.centre)) for part, frame in parts]
         total = sum(mass for mass, _ in places)
@@ -262,21 +262,21 @@ class _Spanning:
         return x, sum(mass * place[1] for mass, place in places) / total
 
     def _add_free(self, loose: tuple[int, tuple[float, float]]) -> None:
-        group, at = loose
+        group, origin = loose
         count = len(self.layout.links)
         self.layout.links += [
             Link(GROUND, ALONG_X, (0.0, 0.0)),
             Link(count, ALONG_Y, (0.0, 0.0)),
             Link(count + 1, HINGE, (0.0, 0.0), 0.0, self._carried(group)),
         ]
-        self._hang(group, with_at_origin(at, count + 2, 0.0))
+        self._hang(group, frame_about(origin, count + 2, 0.0))
 
 
 # --- slots --------------------------------------------------------------------------------------
 
 
 def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
-    """Follow slots that close no loop without solving for them, unless there are loops."""
+    """Sort the slots: into `slots` and `rides` if nothing closes a loop, else into `closures`."""
     if layout.closures or any(slot.carrier != GROUND for slot in mechanism.slots):
         layout.closures += mechanism.slots
         return
@@ -293,7 +293,7 @@ def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
 
 
 def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
-    """Recognise the point as the one by which a loose group hangs in the tree."""
+    """The ride of a slot whose point is that by which a loose group hangs in the tree, or None."""
     link, x, y = layout.place(slot.anchor)
     if link == GROUND or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
         return None
@@ -304,7 +304,7 @@ def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
 
 
 def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
-    """Recognise the point as one on a rod that slides in a guide hinged to the ground."""
+    """The guided slot of a point on a rod that slides in a guide hinged to the ground, or None."""
     sliding, ahead, aside = layout.place(slot.anchor)
     if sliding == GROUND:
         return None
@@ -324,9 +324,10 @@ def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
 def hanging_on(
     mechanism: Mechanism, layout: TreeLayout, name: str
 ) -> tuple[list[int], float] | None:
-    """Parts on that side of a joint which the ground is not on; 1 if its second point is there.
+    """Parts that a joint holds, seen from the ground, and a sign; None of a joint outside the tree.
 
-    -1 if its first point is; None if it is no joint of the tree, and no weld.
+    The sign is 1 if the joint's second point is on these parts, -1 if its first point is. Welds
+    count as joints of the tree.
     """
     movable: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
     joints = [*mechanism.welds, *(joint for joint in movable if joint.name in layout.joints)]
@@ -341,7 +342,7 @@ def hanging_on(
 
 
 def _reached(part: int, joints: Sequence[Pin | Slide | Weld]) -> set[int]:
-    """Parts that joints hold together with one, and that one."""
+    """A part, and all parts that joints connect with it."""
     reached, more = {part}, {part}
     while more:
         ends = [{joint.first.part, joint.second.part} for joint in joints]

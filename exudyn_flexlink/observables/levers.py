@@ -117,8 +117,8 @@ class Moved:
 
     def motion(self, q: FloatArray, v: FloatArray) -> Motion:
         """Place (...) along the normal, m, and its rate, m/s: see `Slid.motion`."""
-        at, going = anchor_position(self.anchor, q), anchor_velocity(self.anchor, q, v)
-        return np.dot(at, self.normal), np.dot(going, self.normal)
+        place, going = anchor_position(self.anchor, q), anchor_velocity(self.anchor, q, v)
+        return np.dot(place, self.normal), np.dot(going, self.normal)
 
 
 Answer = Turned | Slid | Moved
@@ -229,10 +229,10 @@ class LeverResponse(OverTime):
     def __repr__(self) -> str:
         if not np.size(self.time):
             return f"<LeverResponse of {self.body}: no samples>"
-        (least, at), (greatest, then) = self.least, self.greatest
+        (least, instant), (greatest, then) = self.least, self.greatest
         unit = self.measure.unit
         return (
-            f"<LeverResponse of {self.body}: from {least:+.5g} {unit} at {at:.5g} s to "
+            f"<LeverResponse of {self.body}: from {least:+.5g} {unit} at {instant:.5g} s to "
             f"{greatest:+.5g} {unit} at {then:.5g} s; {samples_text(self.time)}>"
         )
 
@@ -338,9 +338,9 @@ def _farthest(anchors: Sequence[Anchor], hinge: Anchor | None, q: FloatArray) ->
     """Anchor of the struck body that moves most as it swings, the last of several alike."""
     if hinge is None:
         return anchors[-1]
-    at = anchor_position(hinge, q)
+    place = anchor_position(hinge, q)
     return max(
-        anchors[::-1], key=lambda anchor: float(np.linalg.norm(anchor_position(anchor, q) - at))
+        anchors[::-1], key=lambda anchor: float(np.linalg.norm(anchor_position(anchor, q) - place))
     )
 
 
@@ -387,18 +387,18 @@ class Watched:
         (m, n, places) twice and (m, n, speeds) twice, in the order of `names`; squared where
         `unsquared` takes the root. `slopes` differentiates velocities (m, n, c) within a step.
         """
-        at = anchor_position(self._anchor, poses)
+        place = anchor_position(self._anchor, poses)
         going = anchor_velocity(self._anchor, poses, rates)
         motions = [answer.motion(poses, rates) for answer in self._answers]
         answers, moving = [column[0] for column in motions], [column[1] for column in motions]
-        distance, growing = np.sum(at * at, axis=-1), 2 * np.sum(at * going, axis=-1)
+        distance, growing = np.sum(place * place, axis=-1), 2 * np.sum(place * going, axis=-1)
         velocities = np.stack([*moving, going[..., 0], going[..., 1]], axis=-1)
         slope = slopes(velocities)
         # The square has twice the degree of the velocity: its values alone do not tell its slope.
         square = np.sum(going * going, axis=-1)
         bend = 2 * np.sum(going * slope[..., -2:], axis=-1)
         return (
-            np.stack([*answers, at[..., 0], at[..., 1], distance], axis=-1),
+            np.stack([*answers, place[..., 0], place[..., 1], distance], axis=-1),
             np.stack([*moving, going[..., 0], going[..., 1], growing], axis=-1),
             np.concatenate([velocities[..., :-2], square[..., None]], axis=-1),
             np.concatenate([slope[..., :-2], bend[..., None]], axis=-1),

@@ -125,9 +125,9 @@ def mechanism(
     frames = dict[str, FloatArray]()
     if zoom is not None:
         _draw_zoom(panels[-1], sketch, result, zoom)
-        at = [what for _, what in shown].index(FIRST)
+        number = [what for _, what in shown].index(FIRST)
         corner, sides = sketch.unit[0] * zoom.low, sketch.unit[0] * (zoom.high - zoom.low)
-        panels[at].indicate_inset((*corner, *sides), edgecolor=BLACK, alpha=0.8)
+        panels[number].indicate_inset((*corner, *sides), edgecolor=BLACK, alpha=0.8)
         frames[FIRST] = zoom.frame
     _label(panels, columns, sketch.unit[1], zoomed=zoom is not None)
     letter(panels)
@@ -148,10 +148,10 @@ def _name_points(
     A name also keeps off a `frame` (corners, 2), m, that is drawn there.
     """
     factor, places = sketch.unit[0], sketch.letters(samples[-1])
-    lines = [drawn.line.at(sketch.poses[at]) for drawn in sketch.shown for at in samples]
+    lines = [drawn.line.at(sketch.poses[sample]) for drawn in sketch.shown for sample in samples]
     lines += [sketch.track] if frame is None else [sketch.track, frame]
     labels = Labels(axes, [factor * line for line in lines])
-    pivot = [np.array([at.x, at.y]) for at in pivots(sketch.model)]
+    pivot = [np.array([anchor.x, anchor.y]) for anchor in pivots(sketch.model)]
     labels.keep_free(factor * np.stack([*places.values(), *pivot]), sized(SYMBOL))
     near = TOGETHER * float(np.max(sketch.box[1] - sketch.box[0]))
     for first, names in together(places, near).items():
@@ -251,7 +251,7 @@ def _draw_zoom(axes: Axes, sketch: Sketch, result: Result, zoom: _Zoom) -> None:
     sketch.draw_path(axes, slice(first, last + 1))
     sketch.mark_points(axes, last)
     sketch.window(axes, (zoom.low, zoom.high))
-    begin, end = (time_text(result, float(result.time[at])) for at in (first, last))
+    begin, end = (time_text(result, float(result.time[sample])) for sample in (first, last))
     axes.set_title(f"strike and vibration,\nt = {begin} to {end} s", loc="left")
 
 
@@ -267,9 +267,9 @@ def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
             chosen.append((peak, f"{response.body} farthest"))
     if turns(result):
         turned = turned_since_start(result)
-        at = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi
-        if turned[-1] >= at:
-            time = result.time[int(np.argmin(np.abs(turned - at)))]
+        angle = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi
+        if turned[-1] >= angle:
+            time = result.time[int(np.argmin(np.abs(turned - angle)))]
             chosen.append((float(time), "one turn later"))
     return sorted(chosen, key=lambda instant: instant[0])
 
@@ -448,7 +448,7 @@ class Labels:
         """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
         half = size / 2 * self._pixels
         self._taken += [
-            Bbox([at - half, at + half]) for at in self._axes.transData.transform(places)
+            Bbox([spot - half, spot + half]) for spot in self._axes.transData.transform(places)
         ]
 
     def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
@@ -457,8 +457,11 @@ class Labels:
         That of a place outside the axes is left out.
         """
         x, y = (float(coordinate) for coordinate in place)
-        first, at = float(np.arctan2(towards[1], towards[0])), self._axes.transData.transform(place)
-        if not self._window.contains(*at):
+        first, spot = (
+            float(np.arctan2(towards[1], towards[0])),
+            self._axes.transData.transform(place),
+        )
+        if not self._window.contains(*spot):
             return
         shown = self._axes.annotate(
             shortened(text), (x, y), (0, 0), textcoords="offset points", ha="center", va="center",
@@ -472,7 +475,7 @@ class Labels:
             away = np.array([np.cos(angle), np.sin(angle)])
             # As far as the name's own size in that direction, and a little farther.
             middle = LABEL_DISTANCE * self._pixels * far * away + half * away
-            box = Bbox([at + middle - half, at + middle + half])
+            box = Bbox([spot + middle - half, spot + middle + half])
             cost = self._hidden(box) + OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
             lines.append((cost, middle, box))
         _, middle, box = min(lines, key=lambda line_of: line_of[0])
@@ -492,5 +495,5 @@ def spots_along(line: FloatArray, apart: float) -> FloatArray:
     """Spots (N, 2) along a line (points, 2), evenly no farther `apart` than that."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
-    at = np.linspace(0.0, way[-1], 2 + int(way[-1] / apart))
-    return np.stack([np.interp(at, way, across) for across in line.T], axis=1)
+    lengths = np.linspace(0.0, way[-1], 2 + int(way[-1] / apart))
+    return np.stack([np.interp(lengths, way, across) for across in line.T], axis=1)

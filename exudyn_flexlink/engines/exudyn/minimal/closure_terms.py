@@ -106,13 +106,13 @@ class Terms:
         ]
         term, by, argument, sign = np.hstack(columns)
         arguments = np.hstack([np.eye(unit), self.angles])
-        at, k = np.nonzero(arguments[:, argument])
+        terms, k = np.nonzero(arguments[:, argument])
         numbers = np.arange(self.count)
         self.slopes = _matrix(
-            np.append(sign[k] * arguments[at, argument[k]], np.ones(self.count)),
+            np.append(sign[k] * arguments[terms, argument[k]], np.ones(self.count)),
             (
                 np.append(term[k], numbers),
-                np.append(at * self.count + by[k], unit * self.count + numbers),
+                np.append(terms * self.count + by[k], unit * self.count + numbers),
             ),
             (self.count, (unit + 1) * self.count),
         )
@@ -173,8 +173,8 @@ class Table:
         if len(self._slides):
             f[:, terms.slid] *= y[:, self._slides]
         for k, curve in enumerate(curves):
-            at = f[:, terms.curves + 6 * k :][:, :6].view(complex)
-            at.T[:] = curve(y[:, self._places[k]])
+            places = f[:, terms.curves + 6 * k :][:, :6].view(complex)
+            places.T[:] = curve(y[:, self._places[k]])
         return f
 
     def slopes(self, f: FloatArray) -> FloatArray:
@@ -188,12 +188,14 @@ class Table:
         return np.asarray(products @ self._bends)
 
 
-def _matrix(values: FloatArray, at: tuple[IndexArray, IndexArray], shape: tuple[int, int]) -> Any:
+def _matrix(
+    values: FloatArray, entries: tuple[IndexArray, IndexArray], shape: tuple[int, int]
+) -> Any:
     """Matrix of few numbers, sparse if it is so large that zeros count."""
     if np.prod(shape) > 10 * DENSE:  # it is multiplied but a few times
-        return csr_array((values, at), shape=shape)
+        return csr_array((values, entries), shape=shape)
     matrix = np.zeros(shape)
-    matrix[at] = values
+    matrix[entries] = values
     return matrix
 
 

@@ -62,7 +62,7 @@ class MinimalRun:
     events: list[Event]
 
 
-class RunReader:
+class TreeRunReader:
     """Reads what a run recorded, and puts its Result together."""
 
     def __init__(self, run: MinimalRun) -> None:
@@ -179,7 +179,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
     with interrupts(run.solution.interrupt):
         try:
             run.solution.run()
-            run.recorder.work_off()
+            run.recorder.record_waiting()
         except DeadCentreError as error:
             complaint = str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
@@ -216,7 +216,7 @@ def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
     short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
     doubtful = *_slipped(run), *_on_dead_centres(run), *_waited(run)
     warnings = (*short, *doubtful, *at_once, *run.solution.creeps)
-    return RunReader(run).result(warnings, _outcome(run, *complaint))
+    return TreeRunReader(run).result(warnings, _outcome(run, *complaint))
 
 
 def _slipped(run: MinimalRun) -> list[str]:

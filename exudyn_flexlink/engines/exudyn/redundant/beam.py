@@ -80,8 +80,8 @@ class CubicBeam:
     def weight_rows(self) -> FloatArray:
         """Integral of the point over the length for each control, m; (controls,)."""
         points, weights = np.polynomial.legendre.leggauss(2)
-        at, spread = self._points((points + 1) / 2, weights / 2)
-        return spread @ self._rows_of(at, 0)
+        shapes, spread = self._points((points + 1) / 2, weights / 2)
+        return spread @ self._rows_of(shapes, 0)
 
     def kinetic(self, rates: FloatArray) -> FloatArray:
         """Kinetic energy (instants,) in J of rates (instants, controls, 2)."""
@@ -145,8 +145,8 @@ class CubicBeam:
     def _mass_matrix(self) -> FloatArray:
         """Consistent mass matrix (controls, controls) in kg, kg m, kg m^2; the same for x and y."""
         points, weights = np.polynomial.legendre.leggauss(4)
-        at, spread = self._points((points + 1) / 2, weights / 2)
-        rows = self._rows_of(at, 0)
+        shapes, spread = self._points((points + 1) / 2, weights / 2)
+        rows = self._rows_of(shapes, 0)
         return np.asarray(self.elastic.mass * (rows.T * spread) @ rows)
 
 
@@ -223,12 +223,12 @@ def without_rods(mechanism: Mechanism, beams: tuple[BeamLink, ...]) -> Mechanism
 
 def straight(beam: BeamLink, state: State) -> tuple[FloatArray, FloatArray]:
     """Positions and slopes of the nodes at time 0, unbent, and their rates: (controls, 2) each."""
-    at, moved = state.q[beam.rods[0]], state.v[beam.rods[0]]
-    along = np.array([np.cos(at[2]), np.sin(at[2])])
+    pose, moved = state.q[beam.rods[0]], state.v[beam.rods[0]]
+    along = np.array([np.cos(pose[2]), np.sin(pose[2])])
     turned = moved[2] * np.array([-along[1], along[0]])
     places = np.linspace(0, beam.shape.length, beam.shape.elements + 1)[:, None]
     controls = np.zeros((2, beam.shape.count, 2))
-    controls[0, ::2], controls[0, 1::2] = at[:2] + places * along, along
+    controls[0, ::2], controls[0, 1::2] = pose[:2] + places * along, along
     controls[1, ::2], controls[1, 1::2] = moved[:2] + places * turned, turned
     return controls[0], controls[1]
 
@@ -240,10 +240,10 @@ def add_beam(mbs: Any, beam: BeamLink, state: State) -> tuple[list[int], list[in
     nodes = [
         mbs.AddNode(
             items.NodePoint2DSlope1(
-                referenceCoordinates=[0.0] * 4, initialCoordinates=at, initialVelocities=moved
+                referenceCoordinates=[0.0] * 4, initialCoordinates=place, initialVelocities=moved
             )
         )
-        for at, moved in zip(*states, strict=True)
+        for place, moved in zip(*states, strict=True)
     ]
     elements = [
         mbs.AddObject(

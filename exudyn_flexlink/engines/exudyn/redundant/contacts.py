@@ -214,13 +214,13 @@ class ContactItem:
         gap = max(touch.gap, LEAST_LENGTH)  # open, so that an event ahead is found
         until = self.items.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
-        at = touch.place + touch.slip * until if until < inf else inf
-        if not self._can_meet(touch, at):
+        place = touch.place + touch.slip * until if until < inf else inf
+        if not self._can_meet(touch, place):
             self.items.wake(False)
             return step
         self.items.begin(-touch.gap_rate)
         # Items that act press everywhere behind the face's line, also beyond the face's ends.
-        self.items.wake(until < AHEAD * step and self._on_face(at))
+        self.items.wake(until < AHEAD * step and self._on_face(place))
         # The integrator spreads the force at a step's end over the whole step: the step that
         # reaches into the face must be one of the contact's, not one of free flight. `end_on`
         # leaves no step shorter than a part of the one before, so steps shrink one after the other.
@@ -232,16 +232,16 @@ class ContactItem:
             return end_on(step, until - margin)
         return min(step, max(until + OVERSHOOT * self.contact_step, self._shortest))
 
-    def _on_face(self, at: float) -> bool:
+    def _on_face(self, place: float) -> bool:
         """Tell whether a place is on the face; circles, of infinite length, have no ends."""
         length = self.items.length
-        return -ROUNDING * length <= at <= (1 + ROUNDING) * length
+        return -ROUNDING * length <= place <= (1 + ROUNDING) * length
 
-    def _can_meet(self, touch: ItemTouch, at: float) -> bool:
-        """Tell whether the point may be over the face, `at` a place, as the gap closes."""
+    def _can_meet(self, touch: ItemTouch, place: float) -> bool:
+        """Tell whether the point may be over the face as the gap closes, at a `place` (m)."""
         margin = BESIDE * self.items.length
-        low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
-        return at < inf and high >= 0 and low <= self.items.length
+        low, high = min(place, touch.place) - margin, max(place, touch.place) + margin
+        return place < inf and high >= 0 and low <= self.items.length
 
     def _toward_free_side(self, touch: ItemTouch, step: float) -> float:
         """Behind the face nothing acts; a step ends where the point is back on the free side."""
@@ -279,11 +279,13 @@ class Contacts:
         """Look at what began or ended with the last step; return the next step (s)."""
         if not self.all:
             return step
-        at = poses_of(*(np.reshape(column, (-1, 3)) for column in (now.q_list, now.v_list)))
-        seen = self._shapes.seen(at)
+        poses = poses_of(*(np.reshape(column, (-1, 3)) for column in (now.q_list, now.v_list)))
+        seen = self._shapes.seen(poses)
         if self._pairs:
             self._choose(seen.of(slice(len(self._always), None)), now, step)
-        columns = zip(*(column.tolist() for column in (*seen, *self._shapes.path(at))), strict=True)
+        columns = zip(
+            *(column.tolist() for column in (*seen, *self._shapes.path(poses))), strict=True
+        )
         touches = [ItemTouch(*touch) for touch in columns]
         for contact in self._looked_at:
             step = contact.after_step(touches[contact.index], now, step)
@@ -591,11 +593,11 @@ def _across(
 
     Return its marker and its connector.
     """
-    (struck, at), (striking, place) = (system.place(anchor) for anchor in anchors)
+    (struck, origin), (striking, place) = (system.place(anchor) for anchor in anchors)
     marker = system.mbs.AddMarker(
         items.MarkerBodiesRelativeTranslationCoordinate(
             bodyNumbers=[struck, striking],
-            localPosition0=at,
+            localPosition0=origin,
             localPosition1=place,
             axis0=[*axis, 0.0],
         )

@@ -86,7 +86,7 @@ class Coordinates:
 
 
 @dataclass(frozen=True)
-class _Placed:
+class _BeamColumns:
     """A beam, its columns among all coordinates, and the matrix to the ends of its rods."""
 
     link: BeamLink
@@ -108,7 +108,7 @@ class BeamCoordinates(Coordinates):
     def __init__(self, assembly: Assembly, beams: tuple[BeamLink, ...]) -> None:
         super().__init__(assembly)
         self._gravity = np.asarray(self.mechanism.gravity)
-        self._beams: list[_Placed] = []
+        self._beams: list[_BeamColumns] = []
         self._rigid: list[tuple[int, int]] = []  # part, first coordinate
         self._lay_out(beams)
         _refuse_bent(assembly.state.q, assembly.state.v, beams)
@@ -123,7 +123,7 @@ class BeamCoordinates(Coordinates):
             if i in starts:
                 shape = starts[i].shape
                 places = np.cumsum([0.0, *starts[i].lengths])
-                self._beams.append(_Placed(starts[i], first, shape.rows(places)))
+                self._beams.append(_BeamColumns(starts[i], first, shape.rows(places)))
                 weights += [1.0, 1.0, shape.element, shape.element] * (shape.count // 2)
             elif i not in inside:
                 self._rigid.append((i, first))
@@ -247,12 +247,14 @@ class BeamCoordinates(Coordinates):
         """Rods of a beam at its start, along its slope, and at its end; those between are at 0."""
         poses, rates = self._rigid_parts(q, v)
         for beam in self._beams:
-            at, moved = beam.controls(q), beam.controls(v)
+            placed, moved = beam.controls(q), beam.controls(v)
             start, end = beam.link.rods[0], beam.link.rods[-1]
-            poses[:, start, :2], rates[:, start, :2] = at[:, 0], moved[:, 0]
-            poses[:, start, 2] = _angle(at[:, 1], poses[:, beam.link.guide, 2])
-            rates[:, start, 2] = cross(at[:, 1], moved[:, 1]) / np.sum(at[:, 1] ** 2, axis=-1)
-            poses[:, end, :2] = at[:, -2] - (beam.link.lengths[-1], 0.0)
+            poses[:, start, :2], rates[:, start, :2] = placed[:, 0], moved[:, 0]
+            poses[:, start, 2] = _angle(placed[:, 1], poses[:, beam.link.guide, 2])
+            rates[:, start, 2] = cross(placed[:, 1], moved[:, 1]) / np.sum(
+                placed[:, 1] ** 2, axis=-1
+            )
+            poses[:, end, :2] = placed[:, -2] - (beam.link.lengths[-1], 0.0)
             rates[:, end, :2] = moved[:, -2]
         return poses, rates
 

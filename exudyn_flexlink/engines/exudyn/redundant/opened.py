@@ -15,7 +15,7 @@ from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Mechanism, end_of_run
-from exudyn_flexlink.mechanism.joints import NOTHING
+from exudyn_flexlink.mechanism.joints import NO_ITEM
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake
@@ -132,7 +132,7 @@ def _points(system: System) -> dict[str, tuple[int, ...]]:
 def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int, ...]:
     """Numbers of a body's items; those within a beam stand between its first and its last."""
     numbers = [int(items[part]) for part in mechanism.bodies[body]]
-    return tuple(range(numbers[0], numbers[-1] + 1)) if NOTHING in numbers else tuple(numbers)
+    return tuple(range(numbers[0], numbers[-1] + 1)) if NO_ITEM in numbers else tuple(numbers)
 
 
 def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:

@@ -102,10 +102,10 @@ class StepRecorder(BlockRecorder):
         """Take the end of a step, and where it leaves the slots' points; first the start."""
         self._rows.append((now.time, now.q, now.v, multipliers, places))
         if len(self._rows) > BLOCK:
-            self.work_off()
+            self.record_waiting()
 
-    def work_off(self) -> None:
-        """Work off the steps that wait; the end of the last is where the next ones start."""
+    def record_waiting(self) -> None:
+        """Record the steps that wait; the end of the last is where the next ones start."""
         first, count = self._balanced is None, len(self._rows)
         if count == 0 or (count == 1 and not first):
             return
@@ -176,23 +176,23 @@ class StepRecorder(BlockRecorder):
         if before is None:  # the solver knows no reactions at time 0: those of the first step do
             mean[:1] = raw[1:2]
             before = t[0], raw[:2][-1]
-        at = np.append(before[0], t[1:] - self._alpha * np.diff(t))
+        times = np.append(before[0], t[1:] - self._alpha * np.diff(t))
         rows = np.vstack([before[1], mean])
-        self._balanced = at[-1], rows[-1]
-        return at, rows
+        self._balanced = times[-1], rows[-1]
+        return times, rows
 
     # --- what is known ------------------------------------------------------------------------
 
     def _known(
-        self, at: _States, balanced: _Balanced, pressed: BoolArray, approach_speed: FloatArray
+        self, states: _States, balanced: _Balanced, pressed: BoolArray, approach_speed: FloatArray
     ) -> tuple[Kept, FloatArray]:
         """What is known at instants, but for the totals, and powers taken by contacts (m, c), W.
 
         Contacts press as `pressed` tells, in touches that began so fast: both (m, c).
         """
         press, power = np.zeros(pressed.shape), np.zeros(pressed.shape)
-        elastic = np.zeros(len(at.t))
-        poses, rates = self.coordinates.at_joints(at.q, at.v)
+        elastic = np.zeros(len(states.t))
+        poses, rates = self.coordinates.at_joints(states.q, states.v)
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = self.contacts[k], pressed[:, k]
             seen = approach(contact, poses[rows], rates[rows])
@@ -203,9 +203,9 @@ class StepRecorder(BlockRecorder):
             press[rows, k], power[rows, k] = force, -force * seen.gap_rate
             if contact.friction is not None:
                 power[rows, k] -= contact.friction.force(force, seen.slip) * seen.slip
-        kept = SolverKept(at.q, at.v, _at(balanced, at.t), elastic)
-        totals = np.zeros((len(at.t), 2 + self.frictions))
-        return Kept(at.t, at.places, press, pressed, totals, kept), power
+        kept = SolverKept(states.q, states.v, _at(balanced, states.t), elastic)
+        totals = np.zeros((len(states.t), 2 + self.frictions))
+        return Kept(states.t, states.places, press, pressed, totals, kept), power
 
     def _rates(self, known: Kept, power: FloatArray, balanced: _Balanced) -> Totals:
         """Rates (2 k, ...) of the totals where steps begin, then where they end."""
@@ -239,24 +239,24 @@ class StepRecorder(BlockRecorder):
             power += pushed.sum(axis=1)
         return power
 
-    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
+    def motion(self, rows: Kept) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (m, parts, 3) at instants that are kept."""
-        return self.coordinates.shown(at.of_engine.q, at.of_engine.v)
+        return self.coordinates.shown(rows.of_engine.q, rows.of_engine.v)
 
-    def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
+    def energies(self, rows: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         beams, elastic = (
-            self.coordinates.of_beams(at.of_engine.q, at.of_engine.v),
-            at.of_engine.elastic,
+            self.coordinates.of_beams(rows.of_engine.q, rows.of_engine.v),
+            rows.of_engine.elastic,
         )
         kinetic = self.meter.kinetic(poses, rates) + beams.kinetic
         stored = self.meter.potential(poses) + beams.stored + elastic
-        return np.column_stack([kinetic, stored, at.totals[:, 0] - elastic, at.totals[:, 1]])
+        return np.column_stack([kinetic, stored, rows.totals[:, 0] - elastic, rows.totals[:, 1]])
 
-    def residuals(self, at: Kept, poses: FloatArray) -> FloatArray:  # noqa: ARG002
+    def residuals(self, rows: Kept, poses: FloatArray) -> FloatArray:  # noqa: ARG002
         """How far joints are open, m."""
-        held, _ = self.coordinates.at_joints(at.of_engine.q, at.of_engine.v)
-        return joint_residuals(self.mechanism, held, at.places)
+        held, _ = self.coordinates.at_joints(rows.of_engine.q, rows.of_engine.v)
+        return joint_residuals(self.mechanism, held, rows.places)
 
 
 def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) -> Kept:
@@ -286,9 +286,9 @@ def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) 
 
 def _at(balanced: _Balanced, time: FloatArray) -> FloatArray:
     """Multipliers (m, rows) at instants (m,), on straight lines between those that balance."""
-    at, rows = balanced
-    of = np.clip(np.searchsorted(at, time) - 1, 0, len(at) - 1)
-    then = np.minimum(of + 1, len(at) - 1)
-    span = np.where(then > of, at[then] - at[of], 1.0)
-    part = np.clip((time - at[of]) / span, 0.0, 1.0)[:, None]
+    times, rows = balanced
+    of = np.clip(np.searchsorted(times, time) - 1, 0, len(times) - 1)
+    then = np.minimum(of + 1, len(times) - 1)
+    span = np.where(then > of, times[then] - times[of], 1.0)
+    part = np.clip((time - times[of]) / span, 0.0, 1.0)[:, None]
     return np.asarray(rows[of] + part * (rows[then] - rows[of]))

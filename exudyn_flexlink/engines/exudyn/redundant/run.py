@@ -29,8 +29,13 @@ from exudyn_flexlink.engines.exudyn.redundant.contacts import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept, StepRecorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import Kinks, SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
-from exudyn_flexlink.engines.exudyn.redundant.system import System, add_loads, build_system, sense
+from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop, StepChooser
+from exudyn_flexlink.engines.exudyn.redundant.system import (
+    System,
+    add_loads,
+    build_system,
+    loads_sense_state,
+)
 from exudyn_flexlink.engines.finer import seeded
 from exudyn_flexlink.engines.interrupts import interrupts, outcome_of
 from exudyn_flexlink.engines.recording import Histories
@@ -81,10 +86,10 @@ class Prepared:
 
 def finish(prepared: Prepared, complaint: str) -> Result:
     """Put the Result together; its timings are still to come."""
-    return _RunReader(prepared).result(complaint)
+    return _SolverRunReader(prepared).result(complaint)
 
 
-class _RunReader:
+class _SolverRunReader:
     """Reads what a run recorded, and puts its Result together."""
 
     def __init__(self, prepared: Prepared) -> None:
@@ -280,7 +285,7 @@ def prepare(
         ExtremeSeeker(watched, pressing, HERMITE),
         contacts.touches,
     )
-    chooser = ErrorControl(scene.accuracy, end, system.coordinates.weights, limits)
+    chooser = StepChooser(scene.accuracy, end, system.coordinates.weights, limits)
     goal = turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
     meter = ProgressMeter(progress, end)
@@ -378,7 +383,7 @@ def _settings(prepared: Prepared, first: float) -> Any:
     time.generalizedAlpha.computeInitialAccelerations = False
     time.newton.useModifiedNewton = True
     time.newton.modifiedNewtonJacUpdatePerStep = True
-    time.computeLoadsJacobian = int(sense(prepared.system))
+    time.computeLoadsJacobian = int(loads_sense_state(prepared.system))
     time.newton.relativeTolerance, time.newton.absoluteTolerance = prepared.system.newton
     time.verboseMode = 0
     settings.solution.file.write = False

@@ -272,8 +272,8 @@ class SlotItems(TrackFollower):
             c, s = cos(q[2]), sin(q[2])
             x, y = x - q[0], y - q[1]
             x, y, rx, ry = c * x + s * y, c * y - s * x, c * rx + s * ry, c * ry - s * rx
-        at = self.at[self.piece]
-        px, py, dx, dy, _, _ = at(foot(at, x, y, self.u))
+        evaluator = self.at[self.piece]
+        px, py, dx, dy, _, _ = evaluator(foot(evaluator, x, y, self.u))
         speed = hypot(dx, dy)
         nx, ny = -dy / speed, dx / speed
         return nx * (x - px) + ny * (y - py), nx, ny, rx, ry
@@ -303,9 +303,9 @@ class SlotItems(TrackFollower):
         self.jumped = False
         x, y, vx, vy = self._motion(now.q_list, now.v_list)
         # Two iterations of Newton are exact to rounding, from where the last speed leads to.
-        at = self.at[self.piece]
-        self.u = foot(at, x, y, self.u + self._u_rate * now.step, 2)
-        _, _, dx, dy, _, _ = at(self.u)
+        evaluator = self.at[self.piece]
+        self.u = foot(evaluator, x, y, self.u + self._u_rate * now.step, 2)
+        _, _, dx, dy, _, _ = evaluator(self.u)
         square = dx * dx + dy * dy
         self._u_rate = (vx * dx + vy * dy) / square
         speed = sqrt(square)

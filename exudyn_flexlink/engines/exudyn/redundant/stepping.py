@@ -41,8 +41,8 @@ from exudyn_flexlink.scene import Accuracy
 STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
 
 
-class ErrorControl:
-    """Steps whose local errors add up to the tolerance, in smooth motion.
+class StepChooser:
+    """Chooses steps whose local errors add up to the tolerance, in smooth motion.
 
     The local error of a step is about ``C h^3 q'''``. The third derivative is that of divided
     differences of the last four positions: those of accelerations would be far too large for
@@ -130,7 +130,7 @@ class ErrorControl:
 class Loop:
     """What happens after each step of the solver: look for events, record, set the next step."""
 
-    chooser: ErrorControl
+    chooser: StepChooser
     slots: list[SlotItems]
     contacts: Contacts
     kinks: Kinks
