@@ -157,7 +157,7 @@ class _SolverRunReader:
         return shortened(self.prepared.scene.accuracy.step, touched)
 
     def _creeping(self) -> Iterator[str]:
-        """Warn that friction holds nothing here; give the speed of a joint that creeps at the end."""
+        """Warn that friction holds nothing, with the speed of a joint that creeps at the end."""
         for friction in self.mechanism.frictions:
             speed = abs(float(joint_speed(friction.joint, self.poses[-1], self.rates[-1])))
             unit = "m/s" if isinstance(friction.joint, Slide) else "rad/s"
