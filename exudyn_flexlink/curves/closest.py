@@ -302,7 +302,7 @@ class Farthest(Closest):
         return -(dx * x + dy * y), -(ddx * x + ddy * y)
 
     def _foot(self, piece: int, x: float, y: float, near: float) -> float:
-        """Place by Newton's method; beyond its end a piece goes on as a conic, or its last cubic."""
+        """Place by Newton's method; beyond its end a piece is a conic, or its last cubic."""
         u = near
         for _ in range(NEWTON_STEPS):
             slope, growth = self._fall(piece, u, x, y)
