@@ -23,11 +23,11 @@ HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 
 @dataclass(frozen=True)
 class Link:
-    """One joint and what it carries.
+    """A joint and the parts that it carries.
 
     `parent` is a link (GROUND: the ground), `offset` (m) the joint's place in the parent's axes and
-    `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries. A `held`
-    link never moves: it is there to measure a force. What holds it is the force in the next joint.
+    `turn` (rad) the angle of the joint's axes in these; `parts` are carried. A `held` link never
+    moves: the force that holds it is that in the next joint, which is measured so.
     """
 
     parent: int
@@ -40,7 +40,7 @@ class Link:
 
 @dataclass(frozen=True)
 class GuidedSlot:
-    """A slot whose point rides on a slide: the turning link, the sliding link, and their offsets.
+    """A slot whose point is on a sliding link in a turning link: both links, and offsets.
 
     The point is at ``pivot + R(angle) (ahead + s, aside)``, s being the slide's coordinate; `pivot`
     (m) is where the guide is hinged to the ground.
@@ -56,7 +56,7 @@ class GuidedSlot:
 
 @dataclass(frozen=True)
 class Ride:
-    """A slot whose point carries a group that nothing else holds: its slides along x and y."""
+    """A slot whose point carries a group without other joints: its slides along x and y."""
 
     slot: Slot
     along: tuple[int, int]
@@ -67,13 +67,12 @@ Closure = Pin | Slide | Slot | Gear | Motor
 
 @dataclass
 class TreeLayout:
-    """Links in order, parents first, which coordinates are fixed, and what closes loops.
+    """Links, parents first; fixed coordinates; and the closures of loops.
 
     `frames` are those of the parts' origins, by part. `joints` has the link of each joint of the
-    tree, with 1 where its coordinate moves the second part against the first, -1 where the first
-    moves against the second. If no other joint closes a loop, slots need no closures: in `slots`
-    the guide's angle decides where the point is; in `rides` the place on the curve is a coordinate
-    that replaces two slides.
+    tree, and 1 if its coordinate moves the second part against the first, else -1. If no other
+    joint closes a loop, slots need no closures: in `slots` the point's place follows from the
+    guide's angle; in `rides` the place on the curve is a coordinate and replaces two slides.
     """
 
     links: list[Link] = field(default_factory=list)
@@ -94,11 +93,11 @@ class TreeLayout:
 
     @property
     def known(self) -> list[int]:
-        """Coordinates that motors prescribe, and those that are held."""
+        """Coordinates that motors prescribe, and coordinates of held links."""
         return sorted({*self.motors, *(link for links in self.felt.values() for link in links)})
 
     def path(self, link: int) -> list[int]:
-        """Links from the ground to this one, which is the last."""
+        """Links from the ground to a link, which is the last."""
         links: list[int] = []
         while link != GROUND:
             links.append(link)
@@ -115,7 +114,7 @@ class TreeLayout:
         return (frame.link, *frame.place(anchor.x, anchor.y))
 
     def turn(self, first: int, second: int) -> float:
-        """Angle (rad) of part `second` against `first` where all coordinates are 0."""
+        """Angle (rad) of part `second` against `first` if all coordinates are 0."""
         of_first, of_second = (
             frame.angle + sum(self.links[i].turn for i in self.path(frame.link))
             for frame in (self.frame(first), self.frame(second))
@@ -130,14 +129,14 @@ class TreeLayout:
         return row
 
     def sliding_row(self, slide: Slide) -> FloatArray | None:
-        """As `turning_row`, of how far a slide of the tree is out; None where it closes a loop."""
+        """As `turning_row`, for the stroke of a slide; None if the slide closes a loop."""
         if slide.name not in self.joints:
             return None
         link, sign = self.joints[slide.name]
         return np.asarray(sign * np.eye(len(self.links))[link])
 
     def summed_row(self, ties: Iterable[Geared], weights: Iterable[float]) -> FloatArray:
-        """As `turning_row`, of a sum of angles and of lengths of the tree's own slides."""
+        """As `turning_row`, for a sum of angles and of strokes of slides of the tree."""
         row = np.zeros(len(self.links))
         for tie, weight in zip(ties, weights, strict=True):
             moving = self.sliding_row(tie.slide) if tie.slide else self.turning_row(*tie.parts)
@@ -180,8 +179,8 @@ class _Spanning:
         self._felt = {friction.name for friction in mechanism.frictions if friction.share > 0}
         self._hung: dict[int, Frame] = {}  # frame of each group's axes, by its number
         self._number = {part: k for k, group in enumerate(self._groups) for part in group}
-        self._hang(0, Frame(GROUND))  # the ground's
-        # Slides first: what motors and slots fix then comes before what is free.
+        self._hang(0, Frame(GROUND))  # the group of the ground
+        # Slides come first: so coordinates that motors and slots fix precede free ones.
         joints: list[Pin | Slide] = [*mechanism.slides, *mechanism.pins]
         while len(self._hung) < len(self._groups):
             joint = next((j for j in joints if self._can_hang(j)), None)
@@ -211,7 +210,7 @@ class _Spanning:
         return first != second
 
     def _add(self, joint: Pin | Slide) -> None:
-        """Hang the end of a joint that is not in the tree yet onto the one that is."""
+        """Hang that part of a joint which is not yet in the tree onto the other."""
         first, second = joint.first, joint.second
         turned = not self._ends_hung(joint)[0]
         near, far = (second, first) if turned else (first, second)
@@ -222,7 +221,8 @@ class _Spanning:
         if isinstance(joint, Pin):
             kind, turn, angle = HINGE, 0.0, 0.0
         else:
-            # The slide's x-axis is the joint's line: its angle on this part, and on the other part.
+            # The slide's x-axis is the joint's line; its angles on the near part and on the far
+            # part.
             along, back = joint.direction, joint.angle - joint.direction
             along, back = (-back, -along) if turned else (along, back)
             kind, turn = ALONG_X, self.layout.frame(near.part).angle + along
@@ -245,7 +245,7 @@ class _Spanning:
         return before
 
     def _loose(self, mechanism: Mechanism) -> tuple[int, tuple[float, float]]:
-        """Return a group that nothing holds, and the point of it that is best followed."""
+        """Return a group without joints to the tree, and the best origin for its coordinates."""
         for slot in mechanism.slots:
             group = self._number[slot.anchor.part]
             if group not in self._hung and slot.carrier == GROUND:
@@ -254,7 +254,7 @@ class _Spanning:
         return group, self._centre_of_mass(mechanism, group)
 
     def _centre_of_mass(self, mechanism: Mechanism, group: int) -> tuple[float, float]:
-        """Centre of mass in the group's axes: about it a free group's turning is independent."""
+        """Centre of mass in the group's axes: rotation about it is independent of translation."""
         parts = [(mechanism.parts[part], self._frames[part]) for part in self._carried(group)]
         places = [(part.mass, frame.place(*part.centre)) for part, frame in parts]
         total = sum(mass for mass, _ in places)
@@ -276,7 +276,7 @@ class _Spanning:
 
 
 def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
-    """Sort the slots: into `slots` and `rides` if nothing closes a loop, else into `closures`."""
+    """Sort slots into `slots` and `rides` if no joint closes a loop, else into `closures`."""
     if layout.closures or any(slot.carrier != GROUND for slot in mechanism.slots):
         layout.closures += mechanism.slots
         return
@@ -293,7 +293,7 @@ def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
 
 
 def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
-    """The ride of a slot whose point is that by which a loose group hangs in the tree, or None."""
+    """The ride of a slot if its point is the origin of a free group, else None."""
     link, x, y = layout.place(slot.anchor)
     if link == GROUND or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
         return None
@@ -304,7 +304,7 @@ def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
 
 
 def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
-    """The guided slot of a point on a rod that slides in a guide hinged to the ground, or None."""
+    """The guided slot of a point on a rod in a guide that is hinged to the ground, else None."""
     sliding, ahead, aside = layout.place(slot.anchor)
     if sliding == GROUND:
         return None
@@ -324,7 +324,7 @@ def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
 def hanging_on(
     mechanism: Mechanism, layout: TreeLayout, name: str
 ) -> tuple[list[int], float] | None:
-    """Parts that a joint holds, seen from the ground, and a sign; None of a joint outside the tree.
+    """Parts that a joint holds, seen from the ground, and a sign; None outside the tree.
 
     The sign is 1 if the joint's second point is on these parts, -1 if its first point is. Welds
     count as joints of the tree.
