@@ -34,9 +34,7 @@ from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
-SHARE = (
-    0.1  # of the tolerance: largest effect of an undetected pulse, or unreported move of a place
-)
+SHARE = 0.1  # of the tolerance: largest effect of a hidden pulse, or unreported move of a place
 WITHOUT_TOLERANCE = 1e-6  # of the mechanism's reach: the tolerance if the scene gives a step
 
 
