@@ -261,9 +261,9 @@ def _next_stage(result: Result) -> Scene:
     far = moves / [part.reach for part in parts]
     k = int(np.argmax(far))
     if far[k] > TYPED:
-        body, distance = parts[k].body, moves[k]
         raise CannotContinueError(
-            f"its joints can't close there: '{body}' would have to move by {distance:.3g} m"
+            f"its joints can't close there: '{parts[k].body}' would have to move by "
+            f"{moves[k]:.3g} m"
         )
     return scene
 
@@ -336,8 +336,7 @@ def _lap_starts(assembly: Assembly) -> list[_LapStart]:
     slots = zip(mechanism.slots, state.places.tolist(), state.laps, strict=True)
     played = [(groove.slot, groove.lap) for groove in mechanism.grooves]
     middles = ((slot, place_in(slot, lap, state.q), lap) for slot, lap in played)
-    starts = (_LapStart(*start) for start in (*slots, *middles))
-    return [start for start in starts if isinstance(start.slot.curve, Laps)]
+    return [_LapStart(*start) for start in (*slots, *middles) if isinstance(start[0].curve, Laps)]
 
 
 def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:

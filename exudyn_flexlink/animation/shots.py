@@ -228,8 +228,9 @@ class Shots:
             values, shown = strength(touching.touches), list(self._shown(touching, frame))
             parts = {k: self.film.part(float(values[k])) for k, _ in shown}
             # Of a burst of touches only the brightest has a number beside it.
-            bright = {k: parts[k] * fresh for k, fresh in shown}
-            brightest = max(bright, key=bright.__getitem__, default=None)
+            brightest, _ = max(
+                shown, key=lambda touch: parts[touch[0]] * touch[1], default=(None, 0.0)
+            )
             for k, fresh in shown:
                 pair = int(touching.touches.pair[k]) if touching.places is not None else 0
                 matters = k == brightest and (touching.places is None or parts[k] > LABELLED)

@@ -621,8 +621,7 @@ def pole(term: Addend, begin: float, end: float) -> float | None:
         left = np.flatnonzero(~np.isfinite(bounds).all(axis=0))[:MOST_POLES]
         if not len(left):
             return None
-        low, high = low[left], high[left]
-        low, high = _halved(low, high)
+        low, high = _halved(low[left], high[left])
     for time in ((low + high) / 2).tolist():
         if _grows(term, time, begin, end):
             return begin if time - begin < NEAR_POINT * (end - begin) else time

@@ -393,9 +393,11 @@ class JointFrictions:
 
     def held_rows(self, evaluation: Evaluation) -> FloatArray:
         """Return g (k, independent) of the joints that rest, at one state."""
-        if not self.all:
-            return np.zeros((0, len(evaluation.mass)))
-        return self._free(evaluation.kept.state)[self.held]
+        return (
+            self._free(evaluation.kept.state)[self.held]
+            if self.all
+            else np.zeros((0, len(evaluation.mass)))
+        )
 
     def answer(self, evaluation: Evaluation) -> Answer:
         """Return how joints react to contacts that begin to press, at one state with friction."""

@@ -168,8 +168,11 @@ class TreeRecorder(BlockRecorder):
         # The last round of a step's iteration moved its end away from the last stage.
         last_rows = known.pick(rows)
         which = np.cumsum([len(wait.edges) - 1 for wait in waiting]) - 1
-        kept: TreeKept = last_rows.of_engine
-        kept.x[which], kept.v[which], last_rows.places[which] = ends.x, ends.v, self._places(ends)
+        last_rows.of_engine.x[which], last_rows.of_engine.v[which], last_rows.places[which] = (
+            ends.x,
+            ends.v,
+            self._places(ends),
+        )
         self._book(steps, known, rates, last_rows)
 
     def jump(
