@@ -37,10 +37,11 @@ from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing, Guard, zero
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Held, Until, until_mistakes
-from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.source import KeyPath, Mistake
 
 FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of those that are looked at together
+LITTLE = 1e-13  # of its terms: nearer below zero the formula is zero
 FINEST = 2.0**-16  # of a step: crossings nearer to each other are none, or one
 ASIDE = 1e-4  # of a step, to either side of a crossing: there its rate is taken
 
@@ -136,7 +137,7 @@ class UntilWatch:
         """Value at one instant (1,), and what is rounding beside it."""
         time, sensed = at.kept.t, self._sensed(at, free)
         self._size = max(self._size, self._until.size(time, sensed))
-        return float(self._until.value.values(time, sensed)[0]), ROUNDING * self._size
+        return float(self._until.value.values(time, sensed)[0]), LITTLE * self._size
 
     def _sensed(self, at: Evaluation, free: FloatArray) -> list[FloatArray]:
         """What is sensed at instants (n,), by accelerations (n, independent)."""
