@@ -70,9 +70,8 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, split_point
 
 COLUMNS = 2  # at least, and in print at most
-LABELS = 0.75  # inches, of labels beside the panels
+AROUND = 0.75  # inches, of labels beside the panels; on a screen also above and below each
 BETWEEN = 0.15  # inches on a screen, of the gap beside a panel
-TITLE = 0.75  # inches on a screen, of what is above and below a panel
 TALLEST = 4.4  # inches, of a panel
 ZOOM_INSTANTS = 6  # that a zoom shows
 ZOOM_TIME = 3.0  # durations of a strike that it lasts: what is struck, and what strikes, vibrate
@@ -187,11 +186,11 @@ def _columns(sketch: Sketch, count: int, style: Style) -> tuple[int, float]:
     width, height = sketch.box[1] - sketch.box[0]
     ratio, best = float(height / width), (0.0, 0, 0.0)
     for columns in range(min(COLUMNS, count), (COLUMNS if style.narrow else count) + 1):
-        room = (style.width - LABELS) / columns / style.scale - BETWEEN
+        room = (style.width - AROUND) / columns / style.scale - BETWEEN
         tall = min(TALLEST, max(0.9, room * ratio))
         broad = min(room, tall / ratio)
-        filled = broad * tall * count / ceil(count / columns) / (tall + TITLE)
-        best = max(best, (filled, columns, tall + TITLE))
+        filled = broad * tall * count / ceil(count / columns) / (tall + AROUND)
+        best = max(best, (filled, columns, tall + AROUND))
     return best[1:]
 
 

@@ -37,10 +37,11 @@ from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing, Guard, zero
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Held, Until, until_mistakes
-from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.source import KeyPath, Mistake
 
 FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of the parts that are bounded first
+LITTLE = 1e-13  # of the formula's terms: a value above minus this counts as zero
 FINEST = 2.0**-16  # of a step: two crossings that are nearer to each other may not be seen
 ASIDE = 1e-4  # of a step: the rate at a crossing is a difference from so far before to after it
 
@@ -134,7 +135,7 @@ class UntilWatch:
         """Value at one instant (1,), and the rounding in it; `free` are accelerations."""
         time, sensed = evaluation.kept.t, self._sensed(evaluation, free)
         self._size = max(self._size, self._until.size(time, sensed))
-        return float(self._until.value.values(time, sensed)[0]), ROUNDING * self._size
+        return float(self._until.value.values(time, sensed)[0]), LITTLE * self._size
 
     def _sensed(self, evaluation: Evaluation, free: FloatArray) -> list[FloatArray]:
         """Values (n,) of all senses at instants; `free` (n, independent) are accelerations."""
