@@ -88,8 +88,7 @@ def straight_between(
     sample and after the last the value is theirs. Of a `bound` it is the larger of both samples.
     """
     latest = instants + LAST_PLACES * np.spacing(np.abs(instants))
-    before = np.searchsorted(time, latest, side="right") - 1
-    before = np.clip(before, 0, len(time) - 1)
+    before = np.clip(np.searchsorted(time, latest, side="right") - 1, 0, len(time) - 1)
     after = np.minimum(before + 1, len(time) - 1)
     span = time[after] - time[before]
     since = np.maximum(instants - time[before], 0.0)
