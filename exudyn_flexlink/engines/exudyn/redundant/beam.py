@@ -254,7 +254,7 @@ def add_beam(mbs: Any, beam: BeamLink, state: State) -> tuple[list[int], list[in
                 bendingStiffness=elastic.bending,
                 axialDamping=elastic.lag * elastic.axial,
                 bendingDamping=elastic.lag * elastic.bending,
-                # Strain at three points of Lobatto, curvature at two of Gauss: see `beam`.
+                # Strain at three Lobatto points, curvature at two Gauss points: see `beam`.
                 useReducedOrderIntegration=2,
             )
         )
