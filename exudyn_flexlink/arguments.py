@@ -26,7 +26,7 @@ LONGEST_NAME = 255  # letters of a file's name that a file system takes
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
 Kind = Callable[[Any, Any], Any]
-"""Checks a value; the second is the call's first argument, such as the result of a method."""
+"""Checks a value. Its second argument is the call's first, such as the result of a method."""
 
 
 def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Made]]:
@@ -93,7 +93,7 @@ def excerpt(value: object) -> str:
 def plain(value: Any) -> Any:
     """Turn a quantity of Pint into text with a unit, and a number of numpy into Python's.
 
-    So are arrays of one number; all else is returned as it is.
+    An array with one entry is turned into that entry; all else is returned as it is.
     """
     if hasattr(value, "to_base_units"):
         base = value.to_base_units()
@@ -218,7 +218,7 @@ def function(value: Any, _: Any = None) -> Any:
     return value
 
 
-def a(kind: type, how: str = "") -> Kind:
+def instance_of(kind: type, how: str = "") -> Kind:
     """Take an object of a class; `how` says what makes one."""
 
     def read(value: Any, _: Any = None) -> Any:
@@ -249,8 +249,9 @@ def texts_by_name(value: Any, _: Any = None) -> Mapping[str, str]:
 def measured(value: Any, _: Any = None) -> Any:
     """Take the path of a CSV file, or columns (N,) by name, as of a dict or a data frame.
 
-    The unit of Pint's quantities then stands behind the name. Of what SciPy's `loadmat` gives rows
-    and columns of a matrix count, and the notes on the file, such as ``__header__``, do not.
+    The unit of Pint's quantities is appended to the name of their column. In the dict that SciPy's
+    `loadmat` returns, a matrix with one row or column is a column; notes on the file, such as
+    ``__header__``, are left out.
     """
     if isinstance(value, str | os.PathLike):
         return place(value)
@@ -304,4 +305,4 @@ ANNOTATED: dict[str, Kind] = {
     "str | PathLike[str]": place,
     "Callable[[float], None]": function,
 }
-"""Kinds of arguments that are annotated so, or with None beside it."""
+"""Kinds of arguments by their annotations, also where these allow None."""

@@ -1,8 +1,7 @@
-"""Arrays of NumPy by what they hold. Docstrings tell their shapes and units.
+"""Types of NumPy's arrays, and annotations that say what an array is.
 
-What an array is: its dimensions, its unit, what it tells; stands at the fields of dataclasses.
-
-Files and tables of a run are made of these, so that a new field needs no code there.
+Docstrings tell shapes and units. Fields of dataclasses have a `Variable`, with dimensions, unit and
+name. Files and tables of a run follow from these, so that a new field needs no code there.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ IndexArray = NDArray[np.intp]  # of places in another array
 class Variable:
     """Annotation of a field that is an array, or one array of each name of a mapping.
 
-    `dimensions`, parted by spaces, are those of the whole result (``time``, ``part``), or, with a
-    dot before them, of the dataclass that has the field; a mere dot is its own length. `units` are
-    SI, empty of text, ``1`` of counts and signs, and None where they stand at the end of the name
-    (``angle_rad``) or with the components. `kind` is float, int, bool or str. `components` tell
-    names and units along a last axis that is not among the dimensions. `name` stands in place of
-    that of the field, if given. `rate` names the field of the time derivative, if there is one, and
-    a `bound` is what an error is no larger than: both tell what holds between samples.
+    `dimensions`, separated by spaces, belong to the whole result (``time``, ``part``), or, with a
+    dot before them, to the dataclass that has the field; a dot alone is the length of the array.
+    `units` are SI: empty for text, ``1`` for counts and signs, and None where the unit stands at
+    the end of the name (``angle_rad``) or with the components. `kind` is float, int, bool or str.
+    `components` are names and units along a last axis that is not among the dimensions. `name`
+    replaces the field's name, if given. Two settings say how to interpolate between samples: `rate`
+    names the field of the time derivative, if any; of a `bound` of errors the larger sample counts.
     """
 
     dimensions: str
@@ -46,7 +45,7 @@ class Variable:
 
 
 class Member(NamedTuple):
-    """A field of a dataclass: its name, its type, and what it is if it is a variable."""
+    """A field of a dataclass: its name, its type, and its `Variable`, if it has one."""
 
     name: str
     type: Any

@@ -1,8 +1,8 @@
 """A flexible link as a chain of rigid rods and sprung hinges (finite segments).
 
 Rod angles are absolute. The paper (Dupac & Noroozi) uses equal rods and the hinge stiffness EI/L; a
-hinge that carries the bending of one cell of length l has EI/l instead, and only that converges to
-the Euler-Bernoulli beam.
+hinge that represents the bending of a cell of length l has EI/l instead. Only the latter converges
+to the Euler-Bernoulli beam.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 
-PRODUCTS = 20  # each leaves less than a tenth of the error of a frequency
-BESIDE = 4  # vectors more than twice the frequencies that are asked for
+PRODUCTS = 20  # each reduces the error of a frequency to less than a tenth
+BESIDE = 4  # vectors in addition to twice the number of frequencies
 Layout = Literal["equal", "half_ends"]
 StiffnessRule = Literal["paper", "beam"]
 
@@ -35,7 +35,7 @@ class Beam:
     thickness: float = 0.0
 
     def rod(self, length: float) -> Rod:
-        """A rigid rod, a piece of it of a length l (m): ``m l^2/12 + m h^2/12`` is its inertia."""
+        """A rigid rod of a length l (m): a piece of the link, of inertia ``m (l^2 + h^2)/12``."""
         mass = self.mass_per_length * length
         return Rod(length, mass, mass * (length**2 + self.thickness**2) / 12)
 
@@ -59,7 +59,7 @@ class Hinge:
 
 @dataclass(frozen=True)
 class Chain:
-    """Rods in order from the root, hinge i joining rod i to rod i + 1."""
+    """Rods in order from the root; hinge i joins rod i to rod i + 1."""
 
     rods: tuple[Rod, ...]
     hinges: tuple[Hinge, ...]
@@ -67,11 +67,11 @@ class Chain:
     def cantilever_frequencies(self, count: int = 1) -> FloatArray:
         """Lowest ``count`` natural frequencies in rad/s of the straight chain, first rod clamped.
 
-        It has as many as hinges.
+        The chain has as many frequencies as hinges.
         """
-        # By the hinges' angles, scaled to unit stiffness, the lowest frequencies are the largest
-        # eigenvalues of the mass matrix: a block of twice as many vectors holds them after a few
-        # products, since those of a bending chain fall off with the fourth power of their number.
+        # With hinge angles scaled to unit stiffness, the lowest frequencies belong to the largest
+        # eigenvalues of the mass matrix. A block of twice as many vectors contains them after a few
+        # products, since eigenvalues of a chain fall with the fourth power of their number.
         roots = np.sqrt([hinge.stiffness for hinge in self.hinges])[:, None]
         size = min(len(self.hinges), 2 * count + BESIDE)
         block = np.random.default_rng(0).standard_normal((len(self.hinges), size))
@@ -85,7 +85,7 @@ class Chain:
     def _mass_of_bent(self, bends: FloatArray) -> FloatArray:
         """Mass matrix of the straight, clamped chain by hinge angles, times (hinges, columns).
 
-        By running sums along the chain, which a long one makes faster than the matrix.
+        Running sums along the chain are faster than the matrix of a long chain.
         """
         lengths, masses, inertias = np.array(
             [(rod.length, rod.mass, rod.inertia) for rod in self.rods[1:]]

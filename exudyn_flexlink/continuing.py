@@ -1,10 +1,10 @@
 """Scenes that continue a run from one of its instants, and one result of a run and its sequel.
 
 The state of a mechanism is the poses and velocities of its parts, the laps of points in slots, the
-time of its drives, and what presses: how fast its touch began, which some laws ask for (see
-`laws`), and under an impulse law that it lasts. Runs in minimal coordinates can begin so; others
-can be continued only from instants at which nothing presses. In a run of stages each begins with
-the state of the one before.
+time of its drives, and the history of each contact that presses: how fast its touch began, which
+some laws need (see `laws`), and under an impulse law that it lasts. A run in minimal coordinates
+can begin with all of that. Other runs can be continued only from instants at which nothing presses.
+Each stage of a run begins with the state of the one before.
 """
 
 from __future__ import annotations
@@ -64,23 +64,24 @@ from exudyn_flexlink.source import SceneError
 Progress = Callable[[float], None]
 """Called now and then with the part of the run that is done, 0 to 1."""
 
-Pressing = dict[str, tuple[tuple[int, float], ...]]
+Pressing = Mapping[str, tuple[tuple[int, float], ...]]
 """Of each contact that presses, its pairs that do, and the speeds (m/s) at which they touched."""
 
-BESIDE = 1e-6  # of a curve's size: nearer to its seam, rounding decides on the side
+BESIDE = 1e-6  # of a curve's size: nearer to a seam, rounding decides on which side a point is
 DT = 1e-6  # s, of central differences: their rounding is 1e-10 m/s
 
 
 class CannotContinueError(ValueError):
-    """A run can't be continued from an instant; the text says why, and from which it can."""
+    """A run can't be continued from an instant; the text says why, and which instants will do."""
 
 
 def continued(result: Result, at: float | None = None) -> Scene:
     """Return the scene that begins with the state of a run at its sample next to `at` (s).
 
-    Left out, `at` is the end. All else stays, such as accuracy and duration. Times of the new run
-    begin at 0; drives know the time before it by ``initial.clock``, contacts what presses by
-    ``initial.pressing``. Springs that rest in the assembled position keep that rest position.
+    If `at` is left out, that is the end. All other settings stay, such as accuracy and duration.
+    Times of the new run begin at 0; drives add the time before it, ``initial.clock``. Contacts that
+    press are in ``initial.pressing``. Springs that rest in the assembled position keep that rest
+    position.
 
     Raises:
         CannotContinueError: the instant is not in the run; or something presses then, in a run of
@@ -91,64 +92,65 @@ def continued(result: Result, at: float | None = None) -> Scene:
     time = float(result.time[k])
     if result.engine != "exudyn" or formulation(result.scene) != "minimal":
         _require_free(result, time)
-    return _as_it_presses(_going_on(result, k), result, time)
+    return _as_it_presses(_scene_from(result, k), result, time)
 
 
 def _sample(result: Result, at: float | None) -> int:
-    """Number of the sample next to an instant (s), of the last one if left out."""
+    """Number of the sample next to an instant (s), or of the last sample if that is left out."""
     last = float(result.time[-1])
     if at is not None and not 0 <= at <= last:
         raise CannotContinueError(f"the run goes from 0 to {last:.9g} s; {at:.9g} s is not in it")
     return len(result.time) - 1 if at is None else result.sample_at(at)
 
 
-def _going_on(result: Result, k: int) -> Scene:
+def _scene_from(result: Result, k: int) -> Scene:
     """Return the scene that begins with the state of a run at its sample k."""
     time, clock = float(result.time[k]), result.scene.initial.clock
     result = replace(result, scene=first_stage(result.scene))
     for begin, _ in result.stages:
         if begin <= time:
             staged = _staged(result, result.sample_at(begin))
-            initial = staged.initial.model_copy(update={"clock": clock})  # of the whole run
+            initial = staged.initial.model_copy(update={"clock": clock})  # as the run began
             result = replace(result, scene=staged.changed(initial=initial))
-    return _going_on_in(result, k)
+    return _scene_within_stage(result, k)
 
 
-def _going_on_in(result: Result, k: int) -> Scene:
-    """As `_going_on`, in the stage that the scene of the run is in then."""
+def _scene_within_stage(result: Result, k: int) -> Scene:
+    """As `_scene_from`, if the run's scene is already that of the stage in which sample k lies."""
     time = float(result.time[k])
     assembly = assemble_scene(result.scene)
     state, bodies = state_at(result, time), assembly.mechanism.bodies
-    laps = {on.slot.name: _PointOnLaps(result, on, k).lap() for on in _on_laps(assembly)}
+    laps = {start.slot.name: _LapFinder(result, start, k).lap() for start in _lap_starts(assembly)}
     initial = Initial(
         states=FrozenMapping({body: _rows(state[list(parts)]) for body, parts in bodies.items()}),
         laps=FrozenMapping(laps),
         clock=result.scene.initial.clock + time,
     )
-    joints = _meshing_as(assembly, result.scene, state[:, :3])
+    joints = _joints_from(assembly, result.scene, state[:, :3])
     springs = springs_as_assembled(result.scene)
     return result.scene.changed(initial=initial, joints=joints, springs=springs)
 
 
-def _meshing_as(assembly: Assembly, scene: Scene, q: FloatArray) -> dict[str, Joint]:
-    """Joints of a scene that starts at coordinates (parts, 3) of another start, in the same play.
+def _joints_from(assembly: Assembly, scene: Scene, q: FloatArray) -> dict[str, Joint]:
+    """Joints of a scene that shall start at coordinates `q` (parts, 3).
 
-    The `assembly` is that of the scene as it is.
+    Gears with play then start at the place in their play that follows from q; the `assembly` is
+    that of the scene, with its present start.
     """
     joints = dict(scene.joints)
     for contact in assembly.mechanism.contacts:
         stop = scene.stops.get(contact.name)
         if isinstance(stop, Flank) and stop.end == "to":
-            x = stop.at - float(approach(contact, q, np.zeros_like(q)).gap)
-            joints[stop.joint] = joints[stop.joint].model_copy(update={"start": x})
+            start = stop.at - float(approach(contact, q, np.zeros_like(q)).gap)
+            joints[stop.joint] = joints[stop.joint].model_copy(update={"start": start})
     return joints
 
 
 def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, float], float]:
-    """Return the state of a run at its sample next to `at` (s), or last, and what presses then.
+    """Return the state of a run at its sample next to `at` (s), or its last one, and what presses.
 
-    Drives of the assembly begin at that instant. Contacts that press are by their numbers among
-    `Mechanism.contacts_and_pairs`, with the speeds (m/s) at which their touches began. Last is the
+    Returns the assembly, whose drives begin at that instant; the speeds (m/s) at which the touches
+    began that last, by the numbers of their contacts among `Mechanism.contacts_and_pairs`; and the
     instant (s) of the sample.
 
     Raises:
@@ -156,7 +158,7 @@ def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, fl
 
     """
     k = _sample(result, at)
-    time, assembly = float(result.time[k]), put_together(_going_on(result, k))
+    time, assembly = float(result.time[k]), put_together(_scene_from(result, k))
     numbers, pressing = assembly.mechanism.numbers, _pressing(result, time)
     touching = {
         numbers[name] + pair: speed for name, pairs in pressing.items() for pair, speed in pairs
@@ -165,9 +167,9 @@ def instant_of(result: Result, at: float | None) -> tuple[Assembly, dict[int, fl
 
 
 def _pressing(result: Result, time: float) -> Pressing:
-    """What presses at an instant (s): pairs of each contact, and the speeds at which they touched.
+    """Pairs that press at an instant (s), by contact, with the speeds at which they touched.
 
-    At the end of a run, what lasts.
+    At the end of a run these are the touches that last.
     """
     pressing = {}
     for name, touches in result.intervals.items():
@@ -193,7 +195,7 @@ STAGE_ADVICE = "another 'until' of the stage, or places that meet then"
 def through_stages(
     scene: Scene, run: Callable[[Scene, Progress | None], Result], progress: Progress | None
 ) -> Result:
-    """Run a scene through its stages, each by `run`, and return the result of all."""
+    """Run all stages of a scene, each by `run`, and return one result."""
     whole = result = run(first_stage(scene), progress)
     end = scene.run.duration or inf
     for number in range(1, len(scene.stages) + 1):
@@ -221,7 +223,7 @@ def through_stages(
 
 
 def _from(progress: Progress, begin: float) -> Progress:
-    """Progress of what is left of a run after a part of it."""
+    """Progress of the rest of a run, which follows a part `begin` of it."""
     return lambda done: progress(begin + done * (1 - begin))
 
 
@@ -236,7 +238,7 @@ def _with_stage(whole: Result, result: Result, name: str) -> Result:
 
 
 def _lost_between(first: Result, second: Result) -> float:
-    """Kinetic energy (J) that impulses take as a run goes on; below zero: that drives supply."""
+    """Kinetic energy (J) that impulses take between two runs; below zero if drives supply it."""
     before, after = float(first.energy.kinetic[-1]), float(second.energy.kinetic[0])
     return before - after if abs(before - after) > ROUNDING * max(before, after) else 0.0
 
@@ -244,11 +246,12 @@ def _lost_between(first: Result, second: Result) -> float:
 def _next_stage(result: Result) -> Scene:
     """Return the scene with which a run goes on in its next stage.
 
-    What presses goes on to press. Where what closes had speeds that differ, it acts by an impulse.
+    Contacts that press go on to press. A joint that closes while its two sides move at different
+    speeds acts by an impulse.
 
     Raises:
-        CannotContinueError: what is to close is not where it can.
-        SceneError: the stage has no answer.
+        CannotContinueError: a joint can't close, since its two sides are apart.
+        SceneError: the scene of the stage has mistakes, or can't be assembled.
 
     """
     time = float(result.time[-1])
@@ -264,9 +267,10 @@ def _next_stage(result: Result) -> Scene:
     k = int(np.argmax(far))
     if far[k] > TYPED:
         raise CannotContinueError(
-            f"what closes there is apart: '{parts[k].body}' would have to move by {moves[k]:.3g} m"
+            f"its joints can't close there: '{parts[k].body}' would have to move by "
+            f"{moves[k]:.3g} m"
         )
-    _require_walls_to_stay(result, assembly, pressing)
+    _require_walls_to_stay(result, assembly, scene.initial.pressing)
     return scene
 
 
@@ -277,7 +281,7 @@ def _require_walls_to_stay(result: Result, assembly: Assembly, pressing: Pressin
     """
     mechanisms = (assemble_scene(result.scene).mechanism, assembly.mechanism)
     state = result.poses[-1], result.rates[-1]
-    allowed = CLOSES_WITHIN * max(part.reach for part in assembly.mechanism.parts)
+    allowed = TYPED * max(part.reach for part in assembly.mechanism.parts)
     for name, pairs in pressing.items():
         for pair, _ in pairs:
             numbers = [mechanism.numbers[name] + pair for mechanism in mechanisms]
@@ -289,10 +293,10 @@ def _require_walls_to_stay(result: Result, assembly: Assembly, pressing: Pressin
 
 
 def _staged(result: Result, k: int) -> Scene:
-    """Return the scene that goes on from sample k of a run with the first stage of its scene."""
-    scene = _going_on_in(result, k)
-    made, added = after_stage(scene), scene.stages[0].add.joints
-    mechanism = build_mechanism(made)
+    """Return the scene from sample k of a run on, changed by the first of the scene's stages."""
+    scene = _scene_within_stage(result, k)
+    changed, added = after_stage(scene), scene.stages[0].add.joints
+    mechanism = build_mechanism(changed)
     ends = {weld.name: (weld.first.part, weld.second.part) for weld in mechanism.welds}
     ends |= {slide.name: (slide.first.part, slide.second.part) for slide in mechanism.slides}
     angles = {
@@ -300,14 +304,14 @@ def _staged(result: Result, k: int) -> Scene:
         for name, joint in added.items()
         if isinstance(joint, WeldJoint | PrismaticJoint) and joint.angle is None
     }
-    return after_stage(scene, angles) if angles else made
+    return after_stage(scene, angles) if angles else changed
 
 
 def moved(scene: Scene, state: FloatArray) -> Scene:
-    """Return a scene that goes on, from `continued`, with another state (parts, 6) at that time.
+    """Return a scene made by `continued` with another state (parts, 6) at its start.
 
-    Parts move from it as little as joints and drives demand. Prescribed angles and lengths stay as
-    they were: a state ahead of its drive would stay ahead for ever.
+    Joints are closed by the smallest motion from that state. Angles and lengths that drives
+    prescribe stay as they were: a state ahead of its drive would stay ahead for ever.
 
     Raises:
         CannotAssembleError: the joints do not close near that state.
@@ -323,17 +327,17 @@ def moved(scene: Scene, state: FloatArray) -> Scene:
     states = {body: _rows(whole[list(parts)]) for body, parts in mechanism.bodies.items()}
     laps = _laps_near(assembly, q)
     update = {"states": FrozenMapping(states), "laps": FrozenMapping(laps)}
-    joints = _meshing_as(assembly, scene, q)
+    joints = _joints_from(assembly, scene, q)
     return scene.changed(initial=given.model_copy(update=update), joints=joints)
 
 
 def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
     """Laps of slots on curves with laps, at coordinates near those of the assembly.
 
-    A point just before the begin of a lap is at the end of the lap before.
+    A point just before the begin of a lap counts as at the end of the lap before.
     """
     laps = {}
-    for slot, place, lap in _on_laps(assembly):
+    for slot, place, lap in _lap_starts(assembly):
         begin, end = ends_of_lap(slot.curve, lap)
         rounding = CLOSED / float(np.linalg.norm(slot.curve.derivative(begin)))
         nearest = slot.curve.nearest(slot_point(slot, q), near=place)
@@ -342,21 +346,21 @@ def _laps_near(assembly: Assembly, q: FloatArray) -> dict[str, int]:
     return laps
 
 
-class _OnLaps(NamedTuple):
-    """A slot on a curve with laps, the place of its point on that, and the lap, at time 0."""
+class _LapStart(NamedTuple):
+    """A slot on a curve with laps; at time 0 the place of its point on the curve, and its lap."""
 
     slot: Slot
     place: float
     lap: int
 
 
-def _on_laps(assembly: Assembly) -> list[_OnLaps]:
+def _lap_starts(assembly: Assembly) -> list[_LapStart]:
     """Slots on curves with laps, with play or without."""
     mechanism, state = assembly.mechanism, assembly.state
     slots = zip(mechanism.slots, state.places.tolist(), state.laps, strict=True)
     played = [(groove.slot, groove.lap) for groove in mechanism.grooves]
     middles = ((slot, place_in(slot, lap, state.q), lap) for slot, lap in played)
-    return [_OnLaps(*on) for on in (*slots, *middles) if isinstance(on[0].curve, Laps)]
+    return [_LapStart(*start) for start in (*slots, *middles) if isinstance(start[0].curve, Laps)]
 
 
 def _rows(state: FloatArray) -> tuple[tuple[float, ...], ...]:
@@ -381,7 +385,7 @@ def free_spans(result: Result) -> FloatArray:
 
 
 def _require_free(result: Result, time: float) -> None:
-    """Refuse an instant at which something presses; begins and ends of touches are such, too."""
+    """Refuse an instant at which something presses, also the begin and the end of a touch."""
     pressing = [
         name
         for name, interval in result.intervals.items()
@@ -398,32 +402,33 @@ def _require_free(result: Result, time: float) -> None:
 
 
 def _span_text(begin: float, end: float) -> str:
-    """Text of a span (s), with so many digits that its two ends differ."""
+    """Text of a span (s), with enough digits to tell its two ends apart."""
     texts = ((f"{begin:.{digits}g}", f"{end:.{digits}g}") for digits in range(6, 18))
     first, last = next(pair for pair in texts if pair[0] != pair[1])
     return f"from {first} to {last} s"
 
 
-class _PointOnLaps:
-    """The lap of a slot's point on a curve with laps, at sample k of a run.
+class _LapFinder:
+    """Finds the lap of a slot's point on a curve with laps, at sample k of a run.
 
-    Near the seam, rounding decides whether the engine counts it as passed. There the direction from
-    which the point came tells which lap begins at this seam. The point is in that lap if it is on
-    the seam or ahead of it, and else in the one before.
+    Near the seam, rounding decides whether the engine counts the seam as passed. There the
+    direction from which the point came tells which lap begins at this seam. The point is in that
+    lap if it is on the seam or ahead of it, else in the lap before.
     """
 
-    def __init__(self, result: Result, at: _OnLaps, k: int) -> None:
-        self.slot = at.slot
+    def __init__(self, result: Result, start: _LapStart, k: int) -> None:
+        self.slot = start.slot
         self._time, self._poses, self._rates = (
-            of[: k + 1] for of in (result.time, result.poses, result.rates)
+            column[: k + 1] for column in (result.time, result.poses, result.rates)
         )
-        self._place = at.place
+        self._place = start.place
         laps = (lap for lap in result.laps if lap.name == self.slot.name)
         self._passes = [lap for lap in laps if lap.time <= self._time[-1]]
-        later = (int(lap.details["lap"]) for lap in self._passes)
-        self._laps = [at.lap, *later]
+        entered = (int(lap.details["lap"]) for lap in self._passes)
+        self._laps = [start.lap, *entered]
 
     def lap(self) -> int:
+        """Return the number of the lap."""
         ahead, off = self._from_seam(self._poses[-1])
         if off > self._beside:
             return self._laps[-1]
@@ -431,20 +436,21 @@ class _PointOnLaps:
         return begins if ahead > -CLOSED else next_lap(begins, -1)
 
     def _lap_at_seam(self) -> int:
-        """Lap that begins at the seam beside which the point is."""
+        """Lap that begins at the seam next to the point."""
         lap, passed = self._laps[-1], self._passes[-1].time if self._passes else -inf
         since = int(np.searchsorted(self._time, passed, side="right"))
         ahead, off = self._from_seam(self._poses[since:])
         away = np.flatnonzero(off > self._beside)
         last = float(max(passed, *self._time[-2:-1], 0.0))
         if abs(self._speed()) * (self._time[-1] - last) > 2 * self._beside:
-            # It came here since the last sample or pass, perhaps from half a lap away.
+            # The point came here after the last sample, or the last pass, perhaps from half a lap
+            # away.
             came_forwards = self._speed() > 0
         elif len(away):
             came_forwards = bool(ahead[away[-1]] < 0)
-        elif self._passes:  # and stayed here since
+        elif self._passes:  # the point passed the seam and stayed near it
             return max(self._laps[-2:])
-        else:  # it has stayed here since the start
+        else:  # the point has been near the seam since the start
             begin, end = ends_of_lap(self.slot.curve, lap)
             came_forwards = self._place - begin > end - self._place
         return next_lap(lap, 1) if came_forwards else lap
@@ -469,10 +475,10 @@ class _PointOnLaps:
 def springs_as_assembled(scene: Scene) -> dict[str, Spring]:
     """Return a scene's springs, all with the angle or length at which they rest.
 
-    If the scene leaves that out, it is the one of the assembled mechanism.
+    Where the scene does not give it, that is the angle or length in the assembled mechanism.
     """
     mechanism = assemble_scene(scene).mechanism
-    # Other ropes, tables and formulas have it already.
+    # Ropes between two points, tables and formulas have a length, or need none.
     fields = {
         spring.name: ("rest_angle", spring.rest_angle)
         for spring in mechanism.springs
@@ -521,7 +527,7 @@ def joined(first: Result, second: Result) -> Result:
 
 
 def _series_of_both(first: Result, second: Result) -> Result:
-    """Join what is along time, of a run and of one that begins as it ends, by its clock."""
+    """Join the histories of a run and of one that begins at its end, with times of the first."""
     seam = _Seam(float(first.time[-1]), (len(first.time), len(second.time)))
     fields: dict[str, Any] = {}
     for member in members(Result):
@@ -530,7 +536,7 @@ def _series_of_both(first: Result, second: Result) -> Result:
             fields[member.name] = _joined(before, after, member.variable, seam)
     energy, tail, lost = first.energy, second.energy, _lost_between(first, second)
     steps = {"stored": 0.0, "dissipated": max(0.0, lost), "supplied": max(0.0, -lost)}
-    for name, step in steps.items():  # which each run may count from its start
+    for name, step in steps.items():  # the second run counts these energies from its start
         values, more = getattr(energy, name), getattr(tail, name)
         both = np.concatenate([values, values[-1] + step + (more[1:] - more[0])])
         fields["energy"] = replace(fields["energy"], **{name: both})
@@ -550,7 +556,7 @@ def _series_of_both(first: Result, second: Result) -> Result:
 
 
 def _require_following(first: Result, second: Result) -> None:
-    """Refuse runs of which the second does not begin with the first one's end."""
+    """Refuse a second run that does not begin with the end of the first."""
     begin, end = second.scene.initial.clock - first.scene.initial.clock, float(first.time[-1])
     anew = not second.scene.initial.states
     reason = ""
@@ -575,7 +581,7 @@ def _require_following(first: Result, second: Result) -> None:
 
 
 class _Seam(NamedTuple):
-    """Where two runs meet: the instant (s), and the samples of each."""
+    """Where two runs meet: the instant (s) on the clock of the first, and the samples of each."""
 
     end: float
     samples: tuple[int, int]
@@ -610,7 +616,7 @@ def _joined(first: Any, second: Any, variable: Variable | None, seam: _Seam) -> 
 def _both(
     first: Mapping[str, Any], second: Mapping[str, Any], name: str, variable: Any, seam: _Seam
 ) -> tuple[Any, Any]:
-    """What two runs tell of this name; nothing of a part that one of them does not have."""
+    """Entries of a name in both runs; a run without that part gets an entry without values."""
     before, after = first.get(name), second.get(name)
     if before is None:
         return _absent(after, variable, seam.samples[0]), after
@@ -618,7 +624,7 @@ def _both(
 
 
 def _absent(value: Any, variable: Variable | None, samples: int) -> Any:
-    """Return what is told of a part that is not there, in the form of a `value` that is told."""
+    """Return the entry of a part that a run does not have, in the form of the other's `value`."""
     if isinstance(value, Intervals):
         return Intervals.of()
     if is_dataclass(value) and not isinstance(value, type):
@@ -638,7 +644,11 @@ def _absent(value: Any, variable: Variable | None, samples: int) -> Any:
 
 
 def _touching(first: Intervals, second: Intervals, end: float) -> Intervals:
-    """Touches of both runs; what lasts as they meet, at an instant (s), is one of both, or over."""
+    """Touches of both runs, which meet at an instant (s).
+
+    A touch of the first run that lasts then is joined with its continuation in the second, if there
+    is one; otherwise it ends.
+    """
     before, after = list(first), list(second)
     for k, touch in enumerate(before):
         if not touch.lasts:
@@ -659,11 +669,11 @@ def _touching(first: Intervals, second: Intervals, end: float) -> Intervals:
     return Intervals.of([*before, *after])
 
 
-def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> FrictionHistory:
+def _rubbed(first: FrictionHistory, second: FrictionHistory, seam: float) -> FrictionHistory:
     """Dry friction of both runs, which meet at an instant (s); a rest across it counts once."""
     begin = np.concatenate([first.begin, second.begin])
-    end = np.concatenate([np.minimum(first.end, at), second.end])
-    lasting = np.flatnonzero((end[:-1] == at) & (begin[1:] == at))
+    end = np.concatenate([np.minimum(first.end, seam), second.end])
+    lasting = np.flatnonzero((end[:-1] == seam) & (begin[1:] == seam))
     torque = np.concatenate([first.torque, second.torque[1:]])
     lost = np.nan_to_num(first.lost[-1]) + second.lost[1:]
     return FrictionHistory(
@@ -675,7 +685,7 @@ def _rubbed(first: FrictionHistory, second: FrictionHistory, at: float) -> Frict
 
 
 def _checks(first: Result, second: Result) -> Checks:
-    """Checks of both runs; the energy that the first one's end misses is missing in the second."""
+    """Checks of both runs: what the energy balance misses at the end of the first run adds up."""
     missed = abs(float(first.energy.residual[-1])) + second.checks.energy_residual
     both = {
         name: (value, getattr(second.checks, name)) for name, value in vars(first.checks).items()
@@ -687,9 +697,9 @@ def _checks(first: Result, second: Result) -> Checks:
 
 
 def _run(whole: Result, tail: Run) -> Run:
-    """Duration of both runs, in the key that the first one's scene uses.
+    """Run section of both runs, as a duration or in turns, as the scene of the first has it.
 
-    A formula that may end each of them is kept.
+    Its `until` is kept if both runs have the same.
     """
     run, end = whole.scene.run, float(whole.time[-1])
     kept = {"until": run.until if run.until == tail.until else None, "sample": run.sample}

@@ -1,9 +1,9 @@
-"""Contact laws: forces of contacts that give way, by different authors, and restitution by impulse.
+"""Contact laws: forces of compliant contacts, by different authors, and restitution by impulse.
 
 A force follows from the penetration ``d`` (m, positive inside), its rate ``d'`` (m/s, positive
-while approaching) and the approach speed ``v0`` (m/s) with which this touch began. That speed is
-all the history that a law needs: it does not change until the touch ends. The energy that a contact
-stores follows from ``d`` alone. The scene checks the ranges of parameters as it reads them.
+while approaching) and the approach speed ``v0`` (m/s) at the begin of the touch. A law needs no
+other history; ``v0`` does not change until the touch ends. The energy stored in a contact follows
+from ``d`` alone. The scene checks the ranges of parameters when it reads them.
 
 The restitution of a damped law follows from its factor; `FACTORS` has those of some authors.
 """
@@ -24,15 +24,15 @@ from numpy.typing import ArrayLike
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.rounding import UNIT_ROUNDING
 
-ELASTIC = 1e-6  # a factor: below it the series is more exact than closed forms, which lose digits
+ELASTIC = 1e-6  # a factor: below it closed forms lose digits, and the series is more exact
 
 
 def restitution_of(factor: float) -> float:
     """Speed after an impact over speed before, by the factor a of `laws.PowerPenalty`.
 
-    It solves ``a (1 + e) = ln[(1 + a)/(1 - a e)]``: in the plane of depth and rate the same
-    penetration belongs to the speeds before and after (D. W. Marhefka, D. E. Orin, IEEE Trans.
-    Syst. Man Cybern. A 29 (1999) 566). It does not depend on stiffness, exponent, mass and speed.
+    It solves ``a (1 + e) = ln[(1 + a)/(1 - a e)]``: the speeds before and after the impact reach
+    the same penetration (D. W. Marhefka, D. E. Orin, IEEE Trans. Syst. Man Cybern. A 29 (1999)
+    566). It is independent of stiffness, exponent, mass and speed.
     """
     if factor < ELASTIC:
         return 1 - 2 * factor / 3
@@ -43,7 +43,7 @@ def restitution_of(factor: float) -> float:
 
 
 def _unbalanced(factor: float, restitution: float) -> float:
-    """Right side less left side of the equation that `restitution_of` solves."""
+    """Right side minus left side of the equation that `restitution_of` solves."""
     back = factor * restitution
     return (log1p(factor) - factor) - (log1p(-back) + back)
 
@@ -70,7 +70,7 @@ FACTORS: dict[str, Callable[[float], float]] = {
     "gonthier": lambda e: (1 - e * e) / e,
     "exact": _exact,
 }
-"""Factors a of `laws.PowerPenalty` by the restitution e that is asked (0 to 1; the last 3: not 0).
+"""Factors a of `laws.PowerPenalty` for a restitution e (0 to 1; not 0 for the last three).
 
 K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440; H. M. Lankarani, P. E. Nikravesh,
 J. Mech. Des. 112 (1990) 369; P. Flores et al., Multibody Syst. Dyn. 25 (2011) 357; Y. Gonthier et
@@ -79,14 +79,14 @@ al., Multibody Syst. Dyn. 11 (2004) 209.
 
 
 Slopes = tuple[FloatArray, FloatArray, FloatArray]
-"""Forces (N), and how they rise with penetration (N/m) and with its rate (N s/m)."""
-NEAREST = 1e-3  # of the greatest depth of `LineContact`: a run ends so near to it
+"""Forces (N), and their slopes by penetration (N/m) and by its rate (N s/m)."""
+NEAREST = 1e-3  # of the greatest depth of `LineContact`: a run ends this near to it
 
 
 class GivingWay(ABC):
     """A compliant contact: its force depends on d, d' and the approach speed v0.
 
-    If it `lets_go`, a touch ends when the force is zero, else when the penetration is.
+    If it `lets_go`, a touch ends when the force becomes zero, else when the penetration does.
     """
 
     lets_go: ClassVar[bool] = False
@@ -97,16 +97,16 @@ class GivingWay(ABC):
     ) -> Slopes:
         """Force and slopes, of one shape.
 
-        Within a step the force goes on smoothly after a touch has ended.
+        Within a step the force is continued smoothly beyond the end of a touch.
         """
 
     @abstractmethod
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
-        """Energy (J) that the contact gives back if nothing damps it."""
+        """Energy (J) that the contact returns without damping."""
 
     @abstractmethod
     def half_period(self, mass: float) -> float:
-        """How long (s) a contact of `mass` (kg) lasts: what steps per contact refer to."""
+        """Duration (s) of a contact of `mass` (kg), to which steps per contact refer."""
 
     def force(
         self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
@@ -117,7 +117,7 @@ class GivingWay(ABC):
 
     @property
     def deepest(self) -> float:
-        """Penetration (m) up to which there is a force."""
+        """Largest penetration (m) with a force."""
         return inf
 
     @property
@@ -131,8 +131,8 @@ class RestitutionPenalty(GivingWay):
     """Penalty spring whose unloading is softer than its loading, so that an impact returns ``e v``.
 
     ``F = k d [(1 + e^2)/2 + (1 - e^2)/2 tanh(d'/v_s)]`` for ``d > 0``, else 0. Loading follows
-    ``k``, unloading ``e^2 k``, hence the returned energy is ``e^2`` of the input when the speed
-    before, ``v``, and after, ``e v``, are both well above ``v_s``.
+    ``k``, unloading ``e^2 k``. So the returned energy is ``e^2`` of the input if the speeds before,
+    ``v``, and after, ``e v``, are both well above ``v_s``.
 
     Parameters are ``stiffness`` k (N/m, > 0), ``restitution`` e (0 to 1) and ``transition_speed``
     v_s (m/s, > 0).
@@ -145,8 +145,8 @@ class RestitutionPenalty(GivingWay):
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
         """Force and slopes, whatever the approach speed.
 
-        With e = 0 a mass still leaves, at a few ``v_s``: only while it recedes does the force fade,
-        as ``exp(-2 v/v_s)``.
+        With e = 0 a mass still leaves, at a few ``v_s``: the force fades as ``exp(-2 v/v_s)`` only
+        while the mass recedes.
         """
         d, rising = np.asarray(penetration), np.tanh(np.asarray(rate) / self.transition_speed)
         stiffness = self.elastic + self.lossy * rising
@@ -156,14 +156,14 @@ class RestitutionPenalty(GivingWay):
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
         """Energy U = (1 + e^2)/2 k d^2/2 in J of the conservative part of the force.
 
-        It is the only multiple of ``d^2`` whose remainder ``F d' - dU/dt`` never turns negative:
-        with ``e^2 k d^2/2`` slow unloading (``|d'| ~ v_s``) would seem to create energy.
+        It is the only multiple of ``d^2`` with a remainder ``F d' - dU/dt`` that is never negative.
+        With ``e^2 k d^2/2``, slow unloading (``|d'| ~ v_s``) would seem to create energy.
         """
         d = np.maximum(penetration, 0.0)
         return np.asarray(0.5 * self.elastic * d**2)
 
     def half_period(self, mass: float) -> float:
-        """Half a period pi sqrt(m/k) in s of ``mass`` (kg): what steps per contact refer to."""
+        """Half a period pi sqrt(m/k), s, of ``mass`` (kg), to which steps per contact refer."""
         return math.pi * math.sqrt(mass / self.stiffness)
 
     @property
@@ -173,20 +173,20 @@ class RestitutionPenalty(GivingWay):
 
     @property
     def lossy(self) -> float:
-        """Part of the stiffness that loading adds and unloading takes away, N/m."""
+        """Part of the stiffness, N/m, that is added in loading and subtracted in unloading."""
         return 0.5 * self.stiffness * (1 - self.restitution**2)
 
 
 @dataclass(frozen=True)
 class PowerPenalty(GivingWay):
-    """``F = K d^n (1 + (a/v0) d')`` where that is positive, else 0: Hertz's law with damping.
+    """``F = K d^n (1 + (a/v0) d')`` if positive, else 0: Hertz's law with damping.
 
     Parameters are ``stiffness`` K (N/m^n, > 0), ``exponent`` n (1 or more), ``factor`` a (0 or
     more, see `FACTORS`) and ``transition_speed`` (m/s, > 0), the least v0 that counts: without it
-    the damping of a slow touch would grow without bounds.
+    the damping of a slow touch would be unbounded.
 
-    A faster impact has the speed ratio `restitution`. The formula is negative only if something
-    else drags the bodies apart faster than v0/a.
+    A faster impact has the speed ratio `restitution`. The formula is negative only if other forces
+    separate the bodies faster than v0/a.
     """
 
     stiffness: float
@@ -197,7 +197,7 @@ class PowerPenalty(GivingWay):
     def pressing(
         self, penetration: ArrayLike, rate: ArrayLike, approach_speed: ArrayLike
     ) -> Slopes:
-        """Force and slopes; where a gap has opened the force is negative."""
+        """Force and slopes; at an open gap the force is negative."""
         d, speed = np.asarray(penetration), np.maximum(approach_speed, self.transition_speed)
         damped = 1 + self.factor * np.asarray(rate) / speed
         spring, pushes = self.stiffness * np.abs(d) ** (self.exponent - 1), damped > 0
@@ -206,14 +206,14 @@ class PowerPenalty(GivingWay):
         return d * spring, self.exponent * spring, by_rate
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
-        """Energy U = K d^(n+1)/(n+1) in J: that of the force without damping."""
+        """Energy U = K d^(n+1)/(n+1), J, of the force without damping."""
         power = self.exponent + 1
         return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** power / power)
 
     def half_period(self, mass: float) -> float:
-        """How long (s) a contact of `mass` (kg) lasts without losses, at an approach of 1 m/s.
+        """Duration (s) of a contact of `mass` (kg) without losses, at an approach of 1 m/s.
 
-        It goes as v0^-((n - 1)/(n + 1)).
+        It is proportional to v0^-((n - 1)/(n + 1)).
         """
         root = 1 / (self.exponent + 1)
         depth = ((self.exponent + 1) * mass / (2 * self.stiffness)) ** root
@@ -222,7 +222,7 @@ class PowerPenalty(GivingWay):
 
     @property
     def restitution(self) -> float:
-        """Speed after an impact over speed before, as the law really gives it."""
+        """Actual ratio of the speeds after and before an impact by this law."""
         return restitution_of(self.factor)
 
 
@@ -232,8 +232,8 @@ class LineContact(GivingWay):
 
     Parameters are ``modulus`` E, that of both bodies together (Pa, > 0), ``length`` (m, > 0) and
     ``bound`` c (N/m, > 0), in which Johnson's and Radzimovsky's formulas differ. The depth d grows
-    with the load only up to ``c/(pi E exp(1))``: beyond `deepest` a run fails. Trial steps beyond
-    it get the tangent.
+    with the load only up to ``c/(pi E exp(1))``: beyond `deepest` a run fails. In trial steps the
+    force beyond it follows the tangent.
     """
 
     modulus: float
@@ -243,11 +243,11 @@ class LineContact(GivingWay):
 
     @property
     def deepest(self) -> float:
-        """Penetration (m) up to which there is a force, less a thousandth."""
+        """Largest penetration (m) with a force, minus a thousandth."""
         return (1 - NEAREST) * self.bound / (math.pi * self.modulus * math.e)
 
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
-        """Force and slopes, whatever the approach speed; where a gap has opened it is negative."""
+        """Force and slopes, whatever the approach speed; at an open gap the force is negative."""
         d = np.asarray(penetration) + 0.0 * np.asarray(rate)
         depth = np.minimum(np.abs(d), self.deepest)
         logarithm = self._logarithm(depth)
@@ -277,12 +277,12 @@ class LineContact(GivingWay):
 
 @dataclass(frozen=True)
 class SpringDamper(GivingWay):
-    """Spring and damper that act on one side, and let go before they would pull (Kelvin-Voigt).
+    """One-sided spring and damper, which let go before they pull (Kelvin-Voigt).
 
-    ``F = F_0 + k d + c d'`` while ``d > 0`` and ``F > 0``, else 0: a touch ends where its force
-    does (T. Schwager and T. Poeschel, Granular Matter 9 (2007) 465). Without ``F_0``, and with
-    ``z = c/(2 sqrt(k m)) < 1``, an impact returns ``exp(-2 z arccos(z)/sqrt(1 - z^2))`` of the
-    speed. The energy left in the spring when it lets go is lost.
+    ``F = F_0 + k d + c d'`` while ``d > 0`` and ``F > 0``, else 0: a touch ends when its force
+    becomes zero (T. Schwager and T. Poeschel, Granular Matter 9 (2007) 465). Without ``F_0``, and
+    with ``z = c/(2 sqrt(k m)) < 1``, an impact returns ``exp(-2 z arccos(z)/sqrt(1 - z^2))`` of the
+    speed. The energy in the spring at the end of the touch is lost.
 
     Parameters are ``stiffness`` k (N/m, > 0), ``damping`` c (N s/m) and ``preload`` F_0 (N); at
     hinges in N m/rad, N m s/rad and N m.
@@ -294,7 +294,7 @@ class SpringDamper(GivingWay):
     lets_go: ClassVar[bool] = True
 
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
-        """Force and slopes, whatever the approach speed: linear, also after it has let go."""
+        """Force and slopes, linear also beyond the end of a touch, whatever the approach speed."""
         d, rate = np.broadcast_arrays(penetration, rate)
         force = self.preload + self.stiffness * d + self.damping * rate
         return force, np.full(d.shape, self.stiffness), np.full(d.shape, self.damping)
@@ -330,7 +330,7 @@ class SpringTable(GivingWay):
         return SpringDamper(slope, self.damping, force - slope * d)
 
     def number(self, penetration: float) -> int:
-        """Number of the piece that a penetration (m) is in."""
+        """Number of the piece that contains a penetration (m)."""
         return min(max(bisect_right(self.depths, penetration) - 1, 0), len(self.depths) - 2)
 
     def pressing(self, penetration: ArrayLike, rate: ArrayLike, _approach: ArrayLike) -> Slopes:
@@ -358,15 +358,15 @@ class SpringTable(GivingWay):
         return math.pi * math.sqrt(mass / steepest)
 
     def _rows(self, depth: FloatArray) -> IndexArray:
-        """Numbers of the pieces that depths (m) are in."""
+        """Numbers of the pieces that contain depths (m)."""
         k = np.searchsorted(self.depths, depth, side="right") - 1
         return np.asarray(np.clip(k, 0, len(self.depths) - 2))
 
 
 OneSided = SpringDamper | SpringTable
-"""Laws of contacts that let go before they would pull."""
+"""Laws of contacts that let go before they pull."""
 Penalty = RestitutionPenalty | PowerPenalty | LineContact | OneSided
-"""Laws of contacts that give way."""
+"""Laws of compliant contacts."""
 
 
 @dataclass(frozen=True)
@@ -380,7 +380,7 @@ class Friction:
     slip_speed: float
 
     def force(self, pressing: ArrayLike, slip: ArrayLike) -> FloatArray:
-        """Force in N along the face, against the slip, of the broadcast shape of both arguments."""
+        """Force, N, along the face against the slip, of the broadcast shape of both arguments."""
         ratio = np.asarray(slip, dtype=float) / self.slip_speed
         return np.asarray(-self.coefficient * np.asarray(pressing) * np.tanh(ratio))
 
@@ -389,14 +389,14 @@ class Friction:
 class Impulse:
     """Rigid contact: an impact returns ``e v`` at once (paper, eq. 4); a closed gap stays 0.
 
-    `tangential` is the part of the slip's speed that comes back, if friction is enough for that.
+    `tangential` is the part of the slip speed that is returned, if friction suffices.
     """
 
     restitution: float
     tangential: float = 0.0
 
     def stored_energy(self, penetration: ArrayLike) -> FloatArray:
-        """No energy (J)."""
+        """Stored energy (J): always 0."""
         return np.zeros(np.shape(penetration))
 
 

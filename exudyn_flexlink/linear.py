@@ -1,18 +1,18 @@
-"""A mechanism's equations of motion about one state, linearised, and what follows from them.
+"""A mechanism's equations of motion, linearised about a state: modes and responses.
 
 With z the independent coordinates, the residual of the equations is ``r = M z'' - f``, a function
-of z, z', z'' and the time; joints have no part in it, as none of their forces works along z. At an
-instant of a motion it is zero, and motions beside this one have, to first order,
+of z, z', z'' and the time. Forces of joints are not in it, since they do no work along z. At an
+instant of a motion it is zero, and neighbouring motions satisfy, to first order,
 
     M dz'' + C dz' + K dz = df,      M = dr/dz'',  C = dr/dz',  K = dr/dz
 
-with dr/dz at the z' and z'' of the motion. So K holds springs and weight, what joints hold as it
-turns with the parts, and inertial forces; C holds dampers and, of a motion, Coriolis forces. Drives
-prescribe what they do in the motion itself.
+with dr/dz at the z' and z'' of the motion. So K contains springs, weight, forces of joints that
+turn with the parts, and inertial forces. C contains dampers and, in a motion, Coriolis forces.
+Drives prescribe the same values as in the motion.
 
-About a rest that is the mechanism near it at all times, in whatever coordinates. In a motion the
-matrices are those of one instant, and of the coordinates that are named: their eigenvalues tell how
-neighbours part as long as the matrices stay as they are.
+About a rest these equations hold at all times, in any coordinates. In a motion the matrices belong
+to one instant and to the named coordinates. Their eigenvalues show how neighbours part while the
+matrices hardly change.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class NotLinearError(ValueError):
 
 
 def motion_text(exponent: complex, *, short: bool = False) -> str:
-    """How a motion ``exp(s t)`` goes on, in words; `short`: damping is in % of the critical one."""
+    """A motion ``exp(s t)`` in words; `short`: damping in % of the critical one."""
     rate, size = exponent.real, abs(exponent)
     if size == 0:
         return "nothing resists it"
@@ -50,7 +50,7 @@ def motion_text(exponent: complex, *, short: bool = False) -> str:
 
 @dataclass(frozen=True)
 class Mode:
-    """A motion ``exp(s t)`` with the `eigenvalue` s (1/s); what oscillates is there once, Im s > 0.
+    """A motion ``exp(s t)`` with the `eigenvalue` s (1/s); of an oscillation that with Im s > 0.
 
     Complex amplitudes of the independent `coordinates` (n,), of the parts' x, y (m) and angles
     (rad), `poses` (parts, 3), and of named `points`, [x, y] (m): the real part of each times
@@ -64,19 +64,19 @@ class Mode:
 
     @property
     def frequency(self) -> float:
-        """Frequency (Hz) of the damped oscillation; 0 of what does not oscillate."""
+        """Frequency (Hz) of the damped oscillation; 0 without oscillation."""
         return abs(self.eigenvalue.imag) / (2 * pi)
 
     @property
     def damping_ratio(self) -> float:
-        """``-Re s/|s|``: 1 and more does not oscillate, negative grows; 0 where s is."""
+        """``-Re s/|s|``: from 1 on no oscillation, negative if it grows; 0 if s is 0."""
         size = abs(self.eigenvalue)
         return -self.eigenvalue.real / size if size else 0.0
 
 
 @dataclass(frozen=True)
 class Response:
-    """How a point answers a force that oscillates, over the `frequency` (F,) Hz.
+    """Response of a point to an oscillating force, by `frequency` (F,), Hz.
 
     `x` and `y` (F,) m/N are complex amplitudes of the point `at` for 1 N `along` x or y at the
     point `force`: their absolute value is the gain, their angle the phase.
@@ -95,11 +95,11 @@ class LinearModel:
     """``M z'' + C z' + K z = f`` about the state of an `assembly`; n coordinates in SI units.
 
     `coordinates` are names of the independent ones, in `units` (rad, m): angles and lengths of
-    joints, ``link hinge 2`` of a flexible link, ``ball.x`` of what flies; points in slots count
-    along their curves. `mass`, `damping` and `stiffness` are (n, n). The last two are differences
-    whose errors are told, entry by entry: `damping_error`, `stiffness_error`. `motions` (parts, 3,
-    n) are how poses change with the coordinates. The contacts `pressing` go on as they press.
-    `time` (s) is that of the run, None at rest.
+    joints, ``link hinge 2`` of a flexible link, ``ball.x`` of a free body; points in slots count
+    along their curves. `mass`, `damping` and `stiffness` are (n, n). The last two are differences,
+    with the errors `damping_error` and `stiffness_error` of each entry. `motions` (parts, 3, n) are
+    the derivatives of poses by the coordinates. The contacts `pressing` keep pressing. `time` (s)
+    is that of the run, None at rest.
     """
 
     scene: Scene
@@ -117,7 +117,7 @@ class LinearModel:
 
     @property
     def eigenvalues(self) -> ComplexArray:
-        """All 2 n, 1/s: by size, both of a pair in a row."""
+        """All 2 n eigenvalues, 1/s, by size; pairs are in a row."""
         return self._solved[0]
 
     @cached_property
@@ -127,7 +127,7 @@ class LinearModel:
         solved = np.linalg.solve(self.mass, np.hstack([-self.stiffness, -self.damping]))
         first_order = np.vstack([np.eye(count, 2 * count, count), solved])
         values, vectors = np.linalg.eig(first_order)
-        # What the errors of K make of each square; where it is as large there is no stiffness.
+        # Errors of each square by those of K; a square that is not larger counts as no stiffness.
         sizes = np.abs(vectors[:count])
         whole = np.abs(solved[:, :count]).max()
         moved = (vectors[:count].conj() * (self.mass @ vectors[:count])).sum(axis=0).real
@@ -139,7 +139,7 @@ class LinearModel:
 
     @cached_property
     def modes(self) -> list[Mode]:
-        """Motions of one eigenvalue each: oscillations once a pair, the slowest first."""
+        """Motions of an eigenvalue each, the slowest first; pairs have one."""
         pairs = zip(self._solved[0].tolist(), self._solved[1].T, strict=True)
         return [self._mode(value, vector) for value, vector in pairs if value.imag >= 0]
 
@@ -159,7 +159,9 @@ class LinearModel:
         """Derivatives (2, n) of the place of each point by the coordinates."""
         q, points = self.assembly.state.q, self.assembly.mechanism.points
         by_coordinates = self.motions.reshape(q.size, -1)
-        return {name: anchor_jacobian(at, q) @ by_coordinates for name, at in points.items()}
+        return {
+            name: anchor_jacobian(anchor, q) @ by_coordinates for name, anchor in points.items()
+        }
 
     def response(
         self,
@@ -168,13 +170,13 @@ class LinearModel:
         frequency: FloatArray | None = None,
         along: str = "y",
     ) -> Response:
-        """Answer of the point `at` to 1 N `along` x or y at the point `force`, both 'body.point'.
+        """Response of the point `at` to 1 N `along` x or y at the point `force`, both 'body.point'.
 
-        The `frequency` (Hz) goes by default from a tenth of the slowest to ten times the fastest
-        that oscillates.
+        By default the `frequency` (Hz) is from a tenth of the slowest oscillation to ten times the
+        fastest.
 
         Raises:
-            KeyError: there is no such point.
+            KeyError: a point does not exist.
 
         """
         frequency = self._band() if frequency is None else np.asarray(frequency, dtype=float)
@@ -185,6 +187,6 @@ class LinearModel:
         return Response(force, along, at, frequency, x, y)
 
     def _band(self) -> FloatArray:
-        """Frequencies (Hz) about those of the modes, evenly on a logarithmic axis."""
+        """Frequencies (Hz) around those of the modes, evenly spaced on a logarithmic axis."""
         known = [mode.frequency for mode in self.modes if mode.frequency > 0] or [1.0]
         return np.geomspace(0.1 * min(known), 10 * max(known), 1000)

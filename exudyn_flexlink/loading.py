@@ -131,8 +131,8 @@ def ended_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
     if until.by_forces or scene.initial.states:
         return []  # known as the run is prepared; or it counts once it has been below 0
     try:
-        at = [np.array([sensed(sense, motion.q, motion.v)]) for sense in senses]
-        return until_mistakes(until, at, path)
+        values = [np.array([sensed(sense, motion.q, motion.v)]) for sense in senses]
+        return until_mistakes(until, values, path)
     except NoValueError as error:
         return [Mistake(path, str(error), error.advice)]
 
@@ -244,11 +244,11 @@ def _loop_of(scene: Scene, joint: str) -> list[str]:
     first, last = bodies.pop(joint)
     ways, seen = deque([(first, list[str]())]), {first}
     while ways:
-        at, names = ways.popleft()
-        if at == last:
+        part, names = ways.popleft()
+        if part == last:
             return [f"'{name}'" for name in names]
         for name, ends in bodies.items():
-            if at in ends and (other := ends[0] if at == ends[1] else ends[1]) not in seen:
+            if part in ends and (other := ends[0] if part == ends[1] else ends[1]) not in seen:
                 seen.add(other)
                 ways.append((other, [*names, name]))
     return []
@@ -373,10 +373,10 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
                 path = ("springs", contact.name, "force")
                 notes.append(Mistake(path, f"{message}{depth:.3g} m", hint))
             continue
-        at = approach(contact, state.q, state.v)
+        look = approach(contact, state.q, state.v)
         # Farther behind than the face is long, it is beside it and may come round its end.
-        if pressed_at(contact, at) and not resting and not goes_on:
-            depth = -float(at.gap)
+        if pressed_at(contact, look) and not resting and not goes_on:
+            depth = -float(look.gap)
             message = f"starts with a penetration of {depth:.3g} m"
             notes.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
@@ -428,10 +428,10 @@ def pressed_walls(scene: Scene, assembly: Assembly) -> list[Mistake]:
     notes, state = [], assembly.state
     for channel in assembly.mechanism.channels:
         depths = {
-            contact.name.removeprefix(f"{channel.name}: "): -float(at.gap)
+            contact.name.removeprefix(f"{channel.name}: "): -float(look.gap)
             for contact in (channel.contacts if channel.clearance > 0 else ())
-            for at in [approach(contact, state.q, state.v)]
-            if 0 <= at.place <= contact.length and at.gap < -PLACE_ROUNDING
+            for look in [approach(contact, state.q, state.v)]
+            if 0 <= look.place <= contact.length and look.gap < -PLACE_ROUNDING
         }
         if depths and channel.name not in scene.initial.pressing:
             pair, depth = max(depths.items(), key=lambda item: item[1])

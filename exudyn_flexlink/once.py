@@ -1,4 +1,4 @@
-"""What follows from a frozen object alone, found once and kept as long as the object lives."""
+"""Results of functions of a frozen object, computed once and kept as long as the object lives."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ _KEPT: dict[int, dict[Callable[..., Any], Any]] = {}  # what functions returned,
 
 
 def once_for_each(function: Callable[[Owner], Value]) -> Callable[[Owner], Value]:
-    """Let a function run once for each object, told by its identity; errors are not kept.
+    """Let a function run once for each object, which its identity tells; errors are not kept.
 
-    What it returns must not refer to the object, which would live on by that.
+    What the function returns must not refer to the object: that would keep the object alive.
     """
 
     @wraps(function)
-    def kept_or_found(owner: Owner) -> Value:
+    def kept_or_computed(owner: Owner) -> Value:
         kept = _kept_of(owner)
         if function not in kept:
             kept[function] = function(owner)
         return cast(Value, kept[function])
 
-    return kept_or_found
+    return kept_or_computed
 
 
 def hand_on(known: Owner, equal: Owner) -> None:
-    """Let what was found for one object hold for another that is equal."""
+    """Let what was computed for an object hold for another that is equal."""
     _kept_of(equal).update(_kept_of(known))
 
 

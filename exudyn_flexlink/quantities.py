@@ -275,14 +275,14 @@ def _power(tokens: list[str]) -> Symbol:
     return _times(Symbol(Powers()), base, exponent)
 
 
-def _times(one: Symbol, other: Symbol, exponent: float) -> Symbol:
-    pairs = zip(one.powers, other.powers, strict=True)
+def _times(first: Symbol, second: Symbol, exponent: float) -> Symbol:
+    pairs = zip(first.powers, second.powers, strict=True)
     powers = (round(a + exponent * b, _DIGITS) for a, b in pairs)
     try:
-        factor = one.factor * other.factor**exponent
+        factor = first.factor * second.factor**exponent
     except (OverflowError, ZeroDivisionError):
         raise UnknownUnitError from None
-    return Symbol(Powers(*powers), factor, one.tens + exponent * other.tens)
+    return Symbol(Powers(*powers), factor, first.tens + exponent * second.tens)
 
 
 def _symbol(name: str) -> Symbol:

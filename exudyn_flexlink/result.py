@@ -1,7 +1,7 @@
-"""The result of a run: sampled motion, forces, energies, events, checks, errors, and how it ended.
+"""The result of a run: sampled motion, forces, energies, events, checks, errors, and outcome.
 
-Contacts are intervals, each from the first touch to the separation, and so are rests of joints. The
-errors of points and forces are those that a second run tells.
+Contacts are intervals, each from the first touch to the separation; so are rests of joints. Errors
+of points and forces are measured by a second run.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from exudyn_flexlink.scene import FrozenMapping, Scene
 class Interval:
     """One contact of a point and a face, from the first touch to the separation.
 
-    `begin` and `end` are in s; what still touches as the run ends has no end: `end` is inf, and
-    impulse and energy count up to there. `place` and `end_place` (m) are along the face from its
-    start. `approach_speed` and `separation_speed` (m/s) are those along its normal at begin and
-    end. `impulse` (N s) is that of the normal force, `energy_lost` (J) has friction in it.
+    `begin` and `end` are in s. If the contact still touches at the end of the run, `end` is inf,
+    and impulse and energy count up to the end of the run. `place` and `end_place` (m) are along the
+    face from its start. `approach_speed` and `separation_speed` (m/s) are those along its normal at
+    begin and end. `impulse` (N s) is that of the normal force; `energy_lost` (J) includes friction.
     `peak_force` (N) and `penetration` (m) are the largest. An impact, under an impulse law, begins
-    and ends at one instant: its force is inf, `motor_work` (J) is what a speed drive supplied in
-    it, and `tangential_impulse` (N s) that of friction on the striking point, positive the way in
-    which places grow; both are 0 of a touch that takes time. `slides_off` tells that the point slid
-    off an end of the face while pressed to it.
-    `pair` is an index into the `pairs` of a sleeve; 0 of a contact of the scene.
+    and ends at one instant: its force is inf, `motor_work` (J) is the work of a speed drive in it,
+    and `tangential_impulse` (N s) that of friction on the striking point, positive in the direction
+    of growing places. Both are 0 in a touch that takes time. `slides_off` tells that the point slid
+    off an end of the face while it pressed. `pair` is an index into the `pairs` of a sleeve; 0 for
+    a contact of the scene.
     """
 
     begin: float
@@ -54,21 +54,21 @@ class Interval:
 
     @property
     def lasts(self) -> bool:
-        """Whether it has no end within the run."""
+        """Whether the contact has no end within the run."""
         return not isfinite(self.end)
 
     @property
     def impact(self) -> bool:
-        """Whether it is an impulse without duration."""
+        """Whether the contact is an impulse without duration."""
         return not isfinite(self.peak_force)
 
 
 @dataclass(frozen=True)
 class Intervals:
-    """Every contact of one contact of the scene, or of all pairs of one sleeve.
+    """Every touch of a contact of the scene, or of all pairs of a sleeve.
 
     Columns (K,) of the fields of `Interval`, in order of `begin`. Events, strikes, tables, figures
-    and warnings are all made of these.
+    and warnings are made from them.
     """
 
     begin: Annotated[FloatArray, Variable(".", "s", "first touch")]
@@ -107,25 +107,25 @@ class Intervals:
         return (Interval(*row) for row in zip(*columns, strict=True))
 
     def where(self, chosen: NDArray[Any]) -> Intervals:
-        """Those that `chosen`, a mask or indices, picks."""
+        """Return the intervals that `chosen`, a mask or indices, selects."""
         return Intervals(**{c.name: getattr(self, c.name)[chosen] for c in fields(Intervals)})
 
     def lasting(self, time: FloatArray) -> IntArray:
-        """How many last at instants (N,) s, their begin and end among these."""
+        """Number of intervals that contain instants (N,), s; begin and end belong to them."""
         begun = np.searchsorted(np.sort(self.begin), time, side="right")
         return np.asarray(begun - np.searchsorted(np.sort(self.end), time, side="left"))
 
     def until(self, last: float) -> FloatArray:
-        """Ends (K,) s, `last` of what lasts longer."""
+        """Ends (K,), s; `last` if an interval lasts longer."""
         return np.minimum(self.end, last)
 
 
 @dataclass(frozen=True)
 class FrictionHistory:
-    """How dry friction braked a joint: on its second body (N m, along a slide N), and what it took.
+    """Dry friction in a joint: on its second body (N m, along a slide N), with the energy lost.
 
-    It rests from `begin` to `end` (s) each time; inf where it still does as the run ends. Redundant
-    coordinates hold nothing: there it creeps, and never rests.
+    The joint rests from `begin` to `end` (s); inf if it still rests at the end of the run. In
+    redundant coordinates friction does not hold: the joint creeps and never rests.
     """
 
     torque: Annotated[FloatArray, Variable("time", "N m", "friction in a joint")]
@@ -140,10 +140,10 @@ class FrictionHistory:
 
 @dataclass(frozen=True)
 class ForceSpread:
-    """How far a force is from what it is held against, at some instants; N, or N m of a torque.
+    """Deviation of a force from a reference at some instants; N, or N m of a torque.
 
-    `largest`, at the instant `at` (s); `rms`, the root of the mean square; `size`, the largest of
-    the force itself.
+    `largest`, at the instant `at` (s); `rms`, the root of the mean square; `size`, the largest
+    value of the force itself.
     """
 
     largest: float
@@ -153,23 +153,23 @@ class ForceSpread:
 
     @property
     def relative(self) -> float:
-        """The largest, as a part of the force's size; 0 if both are zero."""
+        """The largest deviation as a part of the force's size; 0 if both are zero."""
         return self.largest / self.size if self.size > 0 else 0.0
 
     def times(self, factor: float, least: float = 0.0) -> ForceSpread:
-        """Return it `factor` times as large, and no less than a part `least` of the size."""
+        """Return the deviation times `factor`, and no less than a part `least` of the size."""
         largest, rms = (max(factor * x, least * self.size) for x in (self.largest, self.rms))
         return ForceSpread(largest, self.at, rms, self.size)
 
 
 @dataclass(frozen=True)
 class ForceDeviation:
-    """How far a force in `unit`, N or N m, is from another run's, or from the truth.
+    """Deviation of a force in `unit`, N or N m, from that of another run, or from the truth.
 
-    `free`: while nothing touches; `touching`: while something does, in both runs. None where there
-    is no such instant. The force of a contact is a steep function of time: of it each touch is
-    compared as if it began at one instant in both runs, and `instants` (s) is how far begins and
-    ends of touches are off.
+    `free` is that without contact, `touching` that with contact, in both runs; None without such an
+    instant. The force of a contact is a steep function of time. So each of its touches is compared
+    as if it began at the same instant in both runs, and `instants` (s) is the difference of begins
+    and ends of touches.
     """
 
     unit: str
@@ -178,7 +178,7 @@ class ForceDeviation:
     instants: float | None = None
 
     def times(self, factor: float, least: float = 0.0) -> ForceDeviation:
-        """Return it `factor` times as large, and no less than a part `least` of the force."""
+        """Return the deviation times `factor`, and no less than a part `least` of the force."""
         free, touching = (part and part.times(factor, least) for part in (self.free, self.touching))
         instants = None if self.instants is None else factor * self.instants
         return ForceDeviation(self.unit, free, touching, instants)
@@ -186,15 +186,15 @@ class ForceDeviation:
 
 @dataclass(frozen=True)
 class MeasuredError:
-    """How far a run is off, as the distance from a second run of the scene tells.
+    """Error of a run, measured by the distance from a second run of the scene.
 
-    `largest` (m) is the largest error of any of the `points`, that of the point `worst`, up to
-    `known_until`; `limit` (m) is the tolerance that was asked for. `exceeds_from` (s) is the
-    instant from which on an error may be larger than that, `horizon` (s) the one at which both runs
-    part for good, so that only statistics hold after it; None if there is none. `stopped` (s) is
-    the end of a second run that did not come to the end of the first, None if it did; `other` (m)
-    is its tolerance. `forces` are by what they are called, see `observables.forces`, and go as far.
-    `missing` says why nothing was measured; it is empty where something was.
+    `largest` (m) is the largest error of the `points`, at the point `worst`, up to `known_until`;
+    `limit` (m) is the tolerance that was asked for. From `exceeds_from` (s) on an error may be
+    larger than the limit. From `horizon` (s) on both runs are different, and only statistics hold.
+    Both are None without such an instant. `stopped` (s) is the end of a second run that stopped
+    before the end of the first, else None; `other` (m) is its tolerance. `forces` are by name, see
+    `observables.forces`, up to the same instant. `missing` is the reason if nothing was measured,
+    else empty.
     """
 
     points: tuple[str, ...] = ()
@@ -214,14 +214,14 @@ class MeasuredError:
         return min(inf if end is None else end for end in (self.horizon, self.stopped))
 
     def later(self, by: float) -> MeasuredError:
-        """Return it with its instants `by` (s) later."""
+        """Return the error with its instants `by` (s) later."""
         instants = (self.exceeds_from, self.horizon, self.stopped)
         exceeds, horizon, stopped = (t if t is None else t + by for t in instants)
         return replace(self, exceeds_from=exceeds, horizon=horizon, stopped=stopped)
 
 
 NOT_ASKED = MeasuredError(missing="no second run was made")
-"""Of one run alone, which a second one may still measure."""
+"""The error of a single run, which a second run may still measure."""
 
 
 INTERRUPTED = "interrupted"
@@ -239,16 +239,15 @@ NO_SERIES: Series = FrozenMapping()
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at one instant: what a contact's interval tells, or a lap.
+    """An event at an instant: begin or end of a contact, an impact, a lap, or a stage.
 
     `kind` is one of ``contact begins``, ``contact ends``, ``leaves the face`` (the point slides off
     an end of the face while pressed to it), ``impact`` (speeds jump, under an impulse law), ``lap``
-    (a slot's point passes the seam of its closed curve, see `curves.laps`), ``stage`` (of the run,
-    by its number, begins). `name` is that of the
-    contact or joint in the scene, `details` are SI numbers by name: place, and where a contact
-    begins its approach_speed; where it ended its separation_speed, impulse, energy_lost and
-    peak_force; of an impact all but the last of them, motor_work and tangential_impulse; lap, into
-    which the point comes.
+    (a slot's point passes the seam of its closed curve, see `curves.laps`), ``stage`` (a stage of
+    the run begins). `name` is that of the contact or joint in the scene. `details` are SI numbers
+    by name: place and approach_speed at the begin of a contact; place, separation_speed, impulse,
+    energy_lost and peak_force at its end; all of these except peak_force, and motor_work and
+    tangential_impulse, of an impact; the number of the lap that begins.
     """
 
     time: float
@@ -259,9 +258,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: whole, or stopped at `time` (s) for a reason, with advice.
+    """How a run ended: completed, or stopped at `time` (s) for a reason, with advice.
 
-    `until` tells whether the formula `run.until` came to 0; None: there is none.
+    `until` tells whether the formula `run.until` reached 0; None without a formula.
     """
 
     completed: bool
@@ -272,7 +271,7 @@ class Outcome:
 
     @property
     def ending(self) -> str:
-        """How it ended, in words."""
+        """The end of the run in words."""
         if self.completed:
             return "completed"
         return f"stopped at t = {self.time:.4g} s: {self.reason}"
@@ -282,8 +281,8 @@ class Outcome:
 class Integrator:
     """The method that made a run's steps, and its order.
 
-    `tolerance` (m) is that of this very run, `step` (s) the one that the scene gives; None where
-    steps do not go by it. `spectral_radius` is the numerical damping of a method that has one.
+    `tolerance` (m) is that of this run, `step` (s) the one that the scene gives; None if steps do
+    not follow it. `spectral_radius` is the numerical damping of a method that has one.
     """
 
     method: str
@@ -295,10 +294,10 @@ class Integrator:
 
 @dataclass(frozen=True)
 class EngineSettings:
-    """How an engine solved a scene: None where it has no use for a setting.
+    """Settings by which an engine solved a scene; None if it does not use a setting.
 
-    `formulation` is that of Exudyn, `elements` are those of each beam. `steps_per_contact` in half
-    a period are asked for, and of the shortest one follows `contact_step` (s).
+    `formulation` is that of Exudyn, `elements` is the number of each beam. `steps_per_contact` is
+    the requested number in half a period; `contact_step` (s) follows from the shortest half period.
     """
 
     integrator: Integrator
@@ -310,9 +309,9 @@ class EngineSettings:
 
 @dataclass(frozen=True)
 class ContactHistory:
-    """How a point met a face, or a circle another: when it touched, and samples of its motion.
+    """A contact of a point and a face, or of two circles: its touches, and samples.
 
-    Of a hinge's stop gaps are angles (rad) and forces torques (N m), of its touches, too.
+    For a hinge's stop gaps are angles (rad) and forces are torques (N m), also in its touches.
 
     Gap (m, positive when apart), place along the face, or around the second circle, (m) and force
     (N) at the samples.
@@ -326,12 +325,12 @@ class ContactHistory:
 
 @dataclass(frozen=True)
 class SleeveHistory:
-    """How a link met the walls of its guide, or a pin those of its slot.
+    """Contacts of a link with the walls of its guide, or of a pin with those of its slot.
 
-    `pairs` names what can touch, `sides` the side of the link on which it does (+1 upper, -1 lower,
-    0 both), or of the slot's curve (+1 left, -1 right). `force` (samples, pairs) holds the normal
-    forces in N, `deepest` is the largest penetration of any pair in m. A sleeve without clearance
-    that supports its rods holds them all the time: it has forces and no touches.
+    `pairs` are names of pairs that can touch, `sides` the side of the link on which it does (+1
+    upper, -1 lower, 0 both), or of the slot's curve (+1 left, -1 right). `force` (samples, pairs)
+    holds the normal forces in N, `deepest` is the largest penetration of any pair in m. A sleeve
+    without clearance that supports its rods holds them all the time: it has forces and no touches.
     """
 
     pairs: Annotated[tuple[str, ...], Variable(".pairs", "", "what can touch", kind=str)]
@@ -343,16 +342,16 @@ class SleeveHistory:
 
 @dataclass(frozen=True)
 class Extremes:
-    """Where a quantity turns: `time` (K,) s, never falling, and its `value` (K,) there.
+    """Extremes of a quantity: instants `time` (K,), s, in order, and the `value` (K,) at each.
 
-    From the polynomials of the run's own steps, whatever is sampled.
+    They come from the polynomials of the run's steps and do not depend on samples.
     """
 
     time: Annotated[FloatArray, Variable(".", "s", "instant of a turn")]
     value: Annotated[FloatArray, Variable(".", None, "value at a turn")]
 
     def between(self, begin: float, end: float) -> Extremes:
-        """Those from `begin` to `end` (s); may be none."""
+        """Extremes from `begin` to `end` (s), perhaps none."""
         first = np.searchsorted(self.time, begin, side="left")
         last = np.searchsorted(self.time, end, side="right")
         return Extremes(self.time[first:last], self.value[first:last])
@@ -362,7 +361,7 @@ class Extremes:
         """Smallest value and its instant (s).
 
         Raises:
-            ValueError: there is none.
+            ValueError: the quantity has no extremes.
 
         """
         return self._at(int(np.argmin(self.value)))
@@ -372,7 +371,7 @@ class Extremes:
         """Largest value and its instant (s).
 
         Raises:
-            ValueError: there is none.
+            ValueError: the quantity has no extremes.
 
         """
         return self._at(int(np.argmax(self.value)))
@@ -383,10 +382,10 @@ class Extremes:
 
 @dataclass(frozen=True)
 class JumpHistory:
-    """What a joint bore as impacts made speeds jump: `time` (K,) s, and `impulse` (K, 2) N s.
+    """Impulses in a joint when impacts make speeds jump: `time` (K,), s, `impulse` (K, 2), N s.
 
-    Global axes, on the body on which the joint's force is told. All contacts that close at one
-    instant make one jump.
+    They are in global axes and act on the same body as the joint's force. Contacts that close at
+    the same instant make a single jump.
     """
 
     time: Annotated[FloatArray, Variable(".", "s", "instant of a jump")]
@@ -412,14 +411,14 @@ class EnergyHistory:
 
     @property
     def residual(self) -> FloatArray:
-        """What the balance misses, J: (kinetic + stored) - at time 0 + dissipated - supplied."""
+        """Error of the balance, J: change of (kinetic + stored) plus dissipated minus supplied."""
         total = self.kinetic + self.stored
         return np.asarray(total - total[0] + self.dissipated - self.supplied)
 
 
 @dataclass(frozen=True)
 class Checks:
-    """What a run says of its own errors, at the ends of all steps; samples within may err more."""
+    """Checks of a run at the ends of all steps; samples within steps may have larger errors."""
 
     energy_residual: float  # J, largest absolute value of the energy balance
     largest_kinetic_energy: float  # J
@@ -440,36 +439,33 @@ class Checks:
 
 @dataclass(frozen=True)
 class Result:
-    """One run, with the scene it belongs to: post-processing needs nothing else.
+    """A run, with its scene: post-processing needs nothing else.
 
-    Samples are even in time, as many as the motion needs, with the events' instants and some of
-    every contact between them (`time`, (N,) s, increasing). Where a contact's force or speeds jump
-    there is one at that instant, after the jump, and one just before, by one rounding of the clock.
-    In minimal coordinates there is none where a loop is at a dead centre: nothing follows from it.
-    `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's origin, `rates` their
-    time derivatives; `part_names` names the parts, a flexible body's rods in order.
-    `drive_torques` (N m, on the second part of each drive's joint), `drive_forces` (N, (N, 2),
-    global axes, at the point of each drive that has one, or on the second part of its joint),
+    Samples are even in time, as many as the motion needs, with further ones at events and within
+    every contact (`time`, (N,), s, increasing). At a jump of a contact's force, or of speeds, a
+    sample is at the instant, after the jump, and another one just before, by a rounding of the
+    clock. In minimal coordinates a dead centre of a loop has no sample, since the state is not
+    determined there. `poses` (N, parts, 3) are x, y (m) and angle (rad) of every rigid part's
+    origin, `rates` their time derivatives; `part_names` names the parts, a flexible body's rods in
+    order. `drive_torques` (N m, on the second part of each drive's joint), `drive_forces` (N, (N,
+    2), global axes, at the point of each drive that has one, or on the second part of its joint),
     `joint_forces` (N, (N, 2), global axes, on the second point's body of a revolute joint, also
-    with clearance, of a prismatic one, or of a weld),
-    `slot_forces` (N, (N, 2), global axes, on the point that runs in the slot, also with clearance)
-    and `spring_forces`
-    (N, (N, 2), global axes, of linear springs with their dampers on the second point; what only
-    pulls or pushes, such as a rope, is among `contacts`) are by the scene's names. So are
-    `gear_forces` (N, (N,), tangential, of a belt the difference of its pulls: what the second wheel
-    does to the first, positive where it turns that counter-clockwise; of a rack what acts on it,
-    positive along its axis) and
-    `gear_torques` (N m, on the first gear, where no pitch circle is known).
-    `extremes` are by name and unit, as ``lever.angle_rad``. Of angles, places and speeds they hold
-    both ends of the run and every turn in between; of a contact the largest ``force_N`` and
-    ``penetration_m`` of each step that it pressed, none if it never did.
-    `laps` are events of that kind, of every slot on a closed curve, and the begins of stages. What
-    is there in some stages alone has no values (nan) in the others. `joint_impulses` are those of
-    joints and slots without play, by name, where contacts by impulse made speeds jump in minimal
-    coordinates: forces at samples have none of them.
-    `scene` is what was asked for; with the parts of all its stages, if it has any. A run that was
-    measured is the more accurate one of two, whose own tolerance is in its `settings`; `error` is
-    what the distance of both tells, or why there is none.
+    with clearance, of a prismatic one, or of a weld), `slot_forces` (N, (N, 2), global axes, on the
+    point in the slot, also with clearance) and `spring_forces` (N, (N, 2), global axes, of linear
+    springs with their dampers on the second point; springs that only pull or push, such as ropes,
+    are among `contacts`) are by the scene's names. So are `gear_forces` (N, (N,), tangential, of
+    the second wheel on the first, positive if it turns the first counter-clockwise; for a belt the
+    difference of its pulls; for a rack the force on it, positive along its axis) and `gear_torques`
+    (N m, on the first gear, if the pitch circles are not known). `extremes` are by name and unit,
+    such as ``lever.angle_rad``. For angles, places and speeds they have both ends of the run and
+    every extreme in between; for a contact the largest ``force_N`` and ``penetration_m`` of each
+    step in which it pressed. `laps` are events of laps, of every slot on a closed curve, and begins
+    of stages. Items that exist in some stages only have no values (nan) in the others.
+    `joint_impulses` are those of joints and slots without play, by name, if contacts by impulse
+    made speeds jump in minimal coordinates; forces at samples do not include them. `scene` is the
+    requested scene, with the parts of all its stages, if any. A measured run is the more accurate
+    one of two; its tolerance is in its `settings`. `error` is measured by the distance of both, or
+    has the reason for which it is missing.
     """
 
     scene: Scene
@@ -504,22 +500,22 @@ class Result:
     joint_impulses: Mapping[str, JumpHistory] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Let nobody change what a run gave: it would be saved as the run."""
+        """Make arrays read-only, since changes would be saved with the run."""
         _lock(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Lock the arrays again, which NumPy makes writable where it reads a pickle."""
+        """Make arrays read-only again: NumPy makes them writable when it reads a pickle."""
         self.__dict__.update(state)
         _lock(self)
 
     @takes(time=number(Dimension.TIME, at_least=0.0))
     def sample_at(self, time: float) -> int:
-        """Index of the sample next to an instant (s)."""
+        """Index of the sample nearest to an instant (s)."""
         return int(np.abs(self.time - time).argmin())
 
     @property
     def intervals(self) -> dict[str, Intervals]:
-        """Every contact, by the names of the scene's contacts and then of its joints."""
+        """Touches by the names of the scene's contacts, then of its joints."""
         histories = (self.contacts, self.bearings, self.sleeves)
         return {name: history.touches for kind in histories for name, history in kind.items()}
 
@@ -530,7 +526,7 @@ class Result:
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """What the scene's contacts and laps tell, in order of time."""
+        """Events of the scene's contacts, laps and stages, in order of time."""
         changes = [
             event
             for name, contact in self.contacts.items()
@@ -545,7 +541,7 @@ STAGE = "stage"
 
 
 def later(result: Result, by: float) -> Result:
-    """Return a run with its instants `by` (s) later: by the clock of one that it goes on from."""
+    """Return a run with its instants `by` (s) later, by the clock of the run that it continues."""
     if by == 0:
         return result
 
@@ -570,7 +566,7 @@ def later(result: Result, by: float) -> Result:
 
 
 def _lock(record: Any) -> None:
-    """Make the arrays of a dataclass read-only, of those in it, and of its mappings."""
+    """Make the arrays of a dataclass read-only, also in its members and mappings."""
     for name in record.__dataclass_fields__:
         value = getattr(record, name)
         for item in value.values() if isinstance(value, Mapping) else (value,):

@@ -36,23 +36,23 @@ from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import Document, KeyPath, load_document
 
 Schema = dict[str, Any]
-INTRODUCTION = """A model file is YAML. Sections in which things are named hold any number of them.
+INTRODUCTION = """A model file is YAML. A section with named parts may have any number of them.
 
-The ground has an x and a y axis; angles are counter-clockwise from x. A body has axes of its own:
-those of a rod and of a flexible link have their origin at `start`, and x leads to `end`. Those of a
-rigid body are where its `points` and its `centre_of_mass` are written. The angle of a body is that
-of its x axis.
+The ground has an x and a y axis; angles count counter-clockwise from x. Each body has axes of its
+own. Those of a rod and of a flexible link have their origin at `start`, and x leads to `end`. Those
+of a rigid body are the axes in which its `points` and its `centre_of_mass` are given. The angle of
+a body is that of its x axis.
 
 A point is written `body.point`, such as `crank.end`. A rod always has the points `start`, `end` and
 `centre`, a flexible link `start` and `end`, a rigid body `centre`, which is its centre of mass. The
 key `points` adds others.
 
-Nobody writes where each body stands: joints place them at time 0. `initial` gives what they leave
-open, mostly the angle of one crank, and roughly that of others where the joints close in two ways.
-`check` prints the start it found. An angle without a unit is in rad: a right angle is `90 deg`,
-while `90` is 90 rad.
+A model does not say where each body stands: the joints place all bodies at time 0. `initial` gives
+what the joints leave open, in most models the angle of one crank. Where the joints close in two
+ways it also gives approximate angles of other bodies. `check` prints the start. An angle without a
+unit is in rad: a right angle is `90 deg`, while `90` is 90 rad.
 
-A short model is one of bodies, joints and something that moves it:
+A short model has bodies, joints and something that moves it:
 
 {model}"""
 COMMANDS = (

@@ -13,7 +13,7 @@ from exudyn_flexlink.accuracy import (
     judge,
     methods_of,
 )
-from exudyn_flexlink.accuracy.study import Studying
+from exudyn_flexlink.accuracy.study import StudyRunner
 from exudyn_flexlink.loading import load_scene
 
 BOTH = {"exudyn": (), "lagrangian": ()}
@@ -98,7 +98,7 @@ class World:
 def studied(world=None, scene=None, target=4e-5, budget=60.0):
     world, scene = world or World(), scene or scene_with()
     runs = Runs(scene, target, methods_of(scene, BOTH))
-    return judge(Studying(runs, world.solve, budget, world.clock).run())
+    return judge(StudyRunner(runs, world.solve, budget, world.clock).run())
 
 
 def points_of(study, name):

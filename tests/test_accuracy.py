@@ -18,7 +18,7 @@ from exudyn_flexlink.accuracy import (
     judge,
     methods_of,
 )
-from exudyn_flexlink.accuracy.study import NO_TIME, Studying
+from exudyn_flexlink.accuracy.study import NO_TIME, StudyRunner
 from exudyn_flexlink.effects import idealise
 from exudyn_flexlink.plots import ENGINE_COLOURS, work_precision
 from exudyn_flexlink.report import accuracy_text, recommendation
@@ -130,7 +130,7 @@ def test_beyond_the_horizon_nothing_is_judged():
 def test_an_interrupted_study_keeps_what_was_run(after):
     world = World(stop_after=after)
     runs = Runs(scene_with(), 4e-5, methods_of(scene_with(), BOTH))
-    made = Studying(runs, world.solve, 60.0, world.clock).run()
+    made = StudyRunner(runs, world.solve, 60.0, world.clock).run()
     assert made.interrupted
     if len(made.trials) < 2:
         with pytest.raises(NothingRunError, match="nothing to compare"):
@@ -151,7 +151,7 @@ def test_a_run_that_fails_is_left_out_and_told():
         return solved
 
     runs = Runs(scene_with(), 4e-5, methods_of(scene_with(), BOTH))
-    study = judge(Studying(runs, solve, 60.0, world.clock).run())
+    study = judge(StudyRunner(runs, solve, 60.0, world.clock).run())
     assert "stopped at t = 0.1 s: no step is short enough" in accuracy_text(study, "simulate it")
     assert not points_of(study, "Lagrangian")
 

@@ -139,7 +139,7 @@ def test_steps_end_on_kinks(monkeypatch):
     off, cross = [], KinkGuard.cross
 
     def noted(guard, time):
-        off.append(guard.watch._changes.finder.x[0] - 0.05)
+        off.append(guard.watch._end_of.__self__.finder.x[0] - 0.05)
         cross(guard, time)
 
     monkeypatch.setattr(KinkGuard, "cross", noted)

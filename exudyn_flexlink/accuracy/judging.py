@@ -1,8 +1,8 @@
-"""Runs of a study to what they say: errors against a reference, a floor, sources of error.
+"""What the runs of a work-precision study tell: errors, their sources, and advice.
 
-How far one run is from another, in all points by which runs are judged.
-
-What a study advises: the cheapest setting for a target, the cause of error that dominates.
+Errors are distances from a reference run, in all points by which runs are judged; below a floor
+they are not known. The advice is the cheapest setting for a target, and the largest source of
+error.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ SURE = 0.03  # of the limit at which runs have parted: up to there errors are ju
 
 @dataclass(frozen=True)
 class Errors:
-    """Distance (m) of points from where they should be, of the one that is farthest off.
+    """Errors of a run. At each instant the point that is farthest off counts.
 
-    `largest` is that of the point `worst`; `rms` is over time, at every instant of the point that
-    is farthest off then; `levers` are differences of the largest absolute angle (rad) or
-    displacement (m) of struck bodies. `force` is the largest error of a force, as a part of that
-    force's largest, and `worst_force` what that is called: see `observables.worst_force`.
+    `largest` (m) is the largest distance over time, that of the point `worst`, and `rms` (m) the
+    root of the mean square. `levers` are differences of the largest absolute angle (rad) or
+    displacement (m) of struck bodies. `force` is the largest error of a force relative to that
+    force's largest value, and `worst_force` its name: see `observables.worst_force`.
     """
 
     rms: float
@@ -66,8 +66,8 @@ class Errors:
 class Horizon:
     """Instants up to which two runs agree, s.
 
-    `parted`: where they differ by more than `limit` (m), so that instants can't be compared;
-    `sure`: up to where errors are judged, since near the other a parting is all one would see.
+    From `parted` on they differ by more than `limit` (m), so that instants can't be compared.
+    Errors are judged up to `sure`: between both, the difference tells only that the runs part.
     """
 
     parted: float
@@ -109,12 +109,12 @@ def agreement(reference: Result, check: Result) -> Horizon | None:
     return None if parted is None or sure is None else Horizon(parted, sure, limit)
 
 
-TRUSTED = 3.0  # times the error of time: a smaller difference is not told apart from it
+TRUSTED = 3.0  # times the error of time steps: a smaller difference may be nothing else
 
 
 @dataclass(frozen=True)
 class Point:
-    """One point of the work-precision figure: processor time (s), errors (m) against the truth."""
+    """One point of the work-precision figure: processor time (s), and errors (m)."""
 
     method: Method
     value: float
@@ -139,9 +139,9 @@ class Point:
 class Source:
     """Error at the model's own settings that comes from one cause: time, rods or contact.
 
-    `at_most`: the runs it was told from differ by little more than their errors of time.
-    `order` is that at which it falls with the number of rods, or the stiffness; `dearer` is the
-    cost of the finer model over that of the scene's.
+    `at_most`: it is a bound, since the runs that tell it differ by little more than their errors of
+    time. It falls with the power `order` of the number of rods, or of the stiffness. `dearer` is
+    the cost of the finer model over that of the scene.
     """
 
     kind: str
@@ -153,10 +153,10 @@ class Source:
 
 @dataclass(frozen=True)
 class Bench:
-    """What everything is judged by: a reference run, and the `check` it was held against, if any.
+    """The runs that judge all others: a reference, and a `check` of the reference, if any.
 
-    `independent`: by other equations of motion or another formulation. `horizon` tells why errors
-    are not judged up to the end, None if they are.
+    A check is `independent` if it has other equations of motion, or another formulation. `horizon`
+    tells why errors are not judged up to the end; None if they are.
     """
 
     reference: Trial
@@ -185,17 +185,17 @@ class Bench:
 
     @property
     def force_floor(self) -> float:
-        """Distance of the force that is farthest off, as a part of it; 0 without a check."""
+        """Error of the force that is farthest off, relative to its size; 0 without a check."""
         return 0.0 if self._apart is None else self._apart.force
 
     def errors(self, result: Result, reference: Result | None = None) -> Errors:
-        """Errors of a run as far as any are judged, by the reference or another run."""
+        """Errors of a run up to `until`, against the reference or another run."""
         return errors(result, reference or self.reference.result, self.until)
 
 
 @dataclass(frozen=True)
 class Study(Bench):
-    """What a study found: `points` of the figure are settings run, `model_point` is the model's."""
+    """The result of a study: `points` of the figure; `model_point` has the model's settings."""
 
     scene: Scene
     target: float
@@ -253,7 +253,7 @@ def judge(runs: Runs) -> Study:
 
 
 def _reference(runs: Runs) -> Trial | None:
-    """Find the run that everything is judged by: the tight one, or else the finest there is."""
+    """Find the run that judges all others: the tight one, or else the finest of all."""
     if len(runs.trials) + (runs.reference is not None) < 2:
         return None
     if runs.reference is not None:
@@ -264,7 +264,7 @@ def _reference(runs: Runs) -> Trial | None:
 
 
 def _check(truth: Trial, others: Sequence[Trial]) -> tuple[Trial | None, bool]:
-    """Find what the reference is held against: the independent run nearest to it, or any run."""
+    """Find the check of the reference: the nearest of independent runs, or else of all runs."""
     rods = [t for t in others if t.method.of_rods]
     independent = [t for t in rods if _independent(t.method, truth.method)]
     end = float(truth.result.time[-1])
@@ -288,9 +288,9 @@ def _point(trial: Trial, bench: Bench) -> Point:
 
 
 def _of_time(runs: Runs, point: Point | None, bench: Bench) -> list[Source]:
-    """Error of the time steps at the model's own settings; none where nothing tells it.
+    """Error of the time steps at the model's own settings; empty where it is not known.
 
-    A link that is not made of rods is held against the finest run of its own kind.
+    A link that is not made of rods is compared with the finest run of its own method.
     """
     if runs.model_trial is bench.reference and bench.check is not None:
         # The finest run of all: it is off by no more than the check is from it.
@@ -306,7 +306,7 @@ def _of_time(runs: Runs, point: Point | None, bench: Bench) -> list[Source]:
 
 
 def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
-    """Errors of rods and contacts, from the scene changed in them."""
+    """Errors of rods and contacts, from runs with more rods and with stiffer contacts."""
     sources = []
     for varied in runs.varied:
         finer, base = varied.finer, varied.base
@@ -324,10 +324,10 @@ MARGIN = 1 / 3  # of the target: what is advised is measured to be off by no mor
 
 @dataclass(frozen=True)
 class Advice:
-    """`choice`: the cheapest point well within the target, or None; `best`: the nearest.
+    """`choice`: the cheapest point well within the target, or None; `best`: the most accurate.
 
-    Error control at the target, or below, comes first: what is coarser keeps it by luck.
-    `limit`: what keeps the model as such from the target whatever the steps, None if nothing does.
+    Points with error control at the target, or below, come first: coarser settings reach the target
+    by luck. `limit` is a source of error in the model that misses the target at any step, or None.
     `below_floor`: the references do not agree well enough to tell what is well within the target.
     """
 
@@ -351,9 +351,10 @@ def advise(study: Study) -> Advice:
 
 
 def _cheapest(points: Sequence[Point], most: float) -> Point | None:
-    """Return the cheapest of the methods' loosest settings off by at most `most` (m), as all finer.
+    """Return the cheapest point of those that are off by at most `most` (m); None without any.
 
-    Not the fastest of all: where settings hardly differ, the noise of timing would choose.
+    Of each method only the loosest setting counts from which on all finer ones are good enough.
+    Otherwise the noise of timing would choose among settings that hardly differ.
     """
     fit = []
     for method in dict.fromkeys(p.method for p in points):

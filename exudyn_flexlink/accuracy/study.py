@@ -1,17 +1,13 @@
-"""The runs of a work-precision study, in the order of what they tell, within a budget of time.
+"""The runs of a work-precision study, the most useful first, within a budget of time.
 
-First the model's own settings, by its own method and by the judge, then the tight reference, then
-the scene with more rods and stiffer contacts, then ever finer settings from coarse ones on, next
-that of the method whose last run was the cheapest. A run that takes more than half of the time left
-is stopped, and nothing finer is tried by its method.
+First come the model's own settings, by its own method and by the judge, then the tight reference,
+then the scene with more rods and with stiffer contacts, then ever finer settings from coarse ones
+on: the next run is by the method whose last run was the cheapest. A run that takes more than half
+of the time left is stopped, and no finer setting of its method is tried.
 
-Where errors come from besides time: the number of rods, contacts that give way.
-
-A scene is changed in one of them; what S makes of it, extrapolated, is the error of the scene.
-
-Methods of a work-precision study: an engine, its formulation, and the setting that is varied.
-
-What the runs of a study leave behind, and what makes them.
+A method is an engine, its formulation, and the setting that is varied. Besides time steps, errors
+come from the number of rods and from contacts that give way. The scene is made finer in one of
+these; how far that moves the judged points, extrapolated, is the error of the scene.
 """
 
 from __future__ import annotations
@@ -29,7 +25,7 @@ from exudyn_flexlink.scene import DampedLaw, FlexibleBody, HertzLaw, ImpulseLaw,
 from exudyn_flexlink.shipped import ENGINES, EXUDYN, LAGRANGIAN
 
 MORE_RODS = 2
-STIFFER = 4.0
+STIFFER = 4.0  # times the stiffness of a linear contact: it lasts half as long
 MOST_RODS = 1000  # of a model
 COMPLIANCE_ORDER = 0.5
 """A contact's effect on the motion goes as k^-1/2, like its duration."""
@@ -49,7 +45,7 @@ class Finer:
 
 
 def finer_scenes(scene: Scene) -> list[Finer]:
-    """Return a scene with more rods, and with stiffer contacts, if it has what that changes."""
+    """Return the scene with more rods, and the scene with stiffer contacts, if it has such."""
     rods, stiffer = with_more_rods(scene), with_stiffer_contacts(scene)
     scenes = []
     if rods is not None:
@@ -61,7 +57,7 @@ def finer_scenes(scene: Scene) -> list[Finer]:
 
 
 def extrapolated(ratio: float, order: float) -> float:
-    """Error of a coarse answer over its distance from one `ratio` times finer, of a known order."""
+    """Error of a coarse result over its distance from a result that is `ratio` times finer."""
     return 1 / (1 - float(ratio**-order))
 
 
@@ -71,7 +67,7 @@ def beams(scene: Scene) -> dict[str, FlexibleBody]:
 
 
 def flexible(scene: Scene) -> dict[str, FlexibleBody]:
-    """Flexible bodies with hinges at all, by name."""
+    """Flexible bodies that have hinges, by name."""
     return {
         name: body
         for name, body in scene.bodies.items()
@@ -98,8 +94,8 @@ def _finer(body: FlexibleBody) -> FlexibleBody:
 def stiffnesses(scene: Scene) -> dict[str, float]:
     """Stiffness of all contacts that give way, in joints and at their stops, too, by name.
 
-    In N/m, N/m^n, or N m/rad. One that follows from materials is no stand-in for a rigid contact,
-    and left out.
+    In N/m, N/m^n, or N m/rad. A stiffness that follows from materials is left out: it is true, and
+    does not replace a rigid contact.
     """
     giving = {n: law for n, law in scene.laws.items() if not isinstance(law, ImpulseLaw)}
     return {n: law.stiffness for n, law in giving.items() if law.stiffness is not None}
@@ -123,30 +119,30 @@ def _stiffer_joint(joint: Joint) -> Joint:
 
 
 def _stiffer(part: Any) -> Any:
-    """Return what has a law with a stiffer one, if it is one with a stiffness."""
+    """Return a contact, joint or stop with a stiffer law, if its law has a stiffness."""
     law = part.law
     if isinstance(law, ImpulseLaw) or law.stiffness is None:
         return part
     # A contact lasts as K^(-1/(n + 1)): whatever the exponent n, all get shorter by one ratio.
     exponent = law.exponent or 1.5 if isinstance(law, DampedLaw | HertzLaw) else 1.0
     update = {"stiffness": STIFFER ** ((exponent + 1) / 2) * law.stiffness}
-    if getattr(law, "damping", None):  # of a stop, which returns as much as before
+    if getattr(law, "damping", None):  # of a stop, which then returns as much energy as before
         update["damping"] = STIFFER**0.5 * law.damping
     return part.model_copy(update={"law": law.model_copy(update=update)})
 
 
 Knob = Literal["tolerance", "step"]
 
-BEAM = "beam"  # the one formulation whose link is not made of rods
+BEAM = "beam"  # the only formulation whose link is not made of rods
 LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
-COARSEST = 1e-3  # m: a ladder reaches up to it about, so that every method has cheap rungs
-USUAL_TOLERANCE = 1e-4  # m: where the model gives a step instead
+COARSEST = 1e-3  # m: ladders begin about there, so that every method has cheap rungs
+USUAL_TOLERANCE = 1e-4  # m: for a model that gives a step instead
 RUNGS_OF_STEPS = 6
 REFERENCE = 1e-12
 """Tolerance (m) of the run against which everything else is judged: 100 times finer than the
 finest rung, or more. The smooth method at 1e-12 m leaves 2e-13 m over the paper's two turns."""
 
-_OF_THE_METHOD = ("formulation", "elements")
+_METHOD_KEYS = ("formulation", "elements")  # of the solver
 
 
 @dataclass(frozen=True)
@@ -169,7 +165,7 @@ class Method:
     def at(self, scene: Scene, value: float) -> Scene:
         """Return the scene solved by this method at a value of its knob."""
         given = scene.solver.model_dump(exclude_unset=True)
-        solver = {key: item for key, item in given.items() if key not in _OF_THE_METHOD}
+        solver = {key: item for key, item in given.items() if key not in _METHOD_KEYS}
         if not self.of_rods and "elements" in given:
             solver["elements"] = given["elements"]
         return scene.changed(
@@ -191,7 +187,7 @@ class Method:
 
 
 def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[Method]:
-    """List the methods worth a try, that of the model's own settings first.
+    """List the methods that are tried, that of the model's own settings first.
 
     `formulations` names, for each engine, the formulations that represent the scene, the one that
     the engine picks first; empty for an engine without a choice.
@@ -231,9 +227,9 @@ def model_tolerance(scene: Scene) -> float:
 
 
 def ladder(knob: Knob, value: float, target: float) -> list[float]:
-    """Values of a knob, finest last: own times powers of ten, of its root for steps.
+    """Values of a knob, the finest last: `value` times powers of ten, for steps of its root.
 
-    `target` (m) is the error that somebody wants: tolerances reach from above to below it.
+    `target` (m) is the error that the user wants: tolerances reach from above to below it.
     """
     if knob == "step":
         return [value * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
@@ -249,7 +245,7 @@ class RefusedError(Exception):
 
 @dataclass(frozen=True)
 class Solved:
-    """One run, and processor time of the solve, s; `given_up`: stopped after the time allowed."""
+    """A run, and the processor time of its solution, s; `given_up`: it took more than its time."""
 
     result: Result
     processor: float
@@ -259,7 +255,7 @@ class Solved:
 Solve = Callable[[Scene, str, str, float], Solved]
 """Runs a scene in an engine; a label says what is run, the number is the time (s) it may take.
 
-Raises RefusedError, and KeyboardInterrupt when the user has had enough.
+Raises RefusedError, and KeyboardInterrupt when the user stops the study.
 """
 
 
@@ -297,7 +293,7 @@ class Varied:
 class Runs:
     """All that was run: `trials` of methods, `varied` in sources of error.
 
-    `left_out` says of what did not come to its end why: it was refused, failed, or took too long.
+    `left_out` has the reason of each run that did not end: refused, failed, or too long.
     """
 
     scene: Scene
@@ -315,7 +311,7 @@ class Runs:
         return sorted((t for t in self.trials if t.method == method), key=lambda t: t.value)
 
     def has(self, method: Method, value: float) -> bool:
-        """Whether a method was run at a value, or one equal to it but for rounding."""
+        """Whether a method was run at a value, but for rounding."""
         return any(isclose(value, trial.value) for trial in self.of(method))
 
     @property
@@ -326,19 +322,19 @@ class Runs:
         return next((t for t in self.of(method) if t.value == value), None)
 
 
-JUDGE = LAGRANGIAN  # the engine whose tight run everything is held against
+JUDGE = LAGRANGIAN  # the engine whose tight run judges all others
 SHARE = 0.5  # of the time left: what a run may take
 NO_TIME = "no time"
 REPEATS = 3
-AT_ONCE = 1.0  # s: runs are repeated that take no longer with all repetitions
+AT_ONCE = 1.0  # s: a run is repeated if all repetitions together take no longer
 WARM_UP = 0.01  # of a run
 COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
-SECOND_ORDER = 3.0  # steps of a fixed length to one under error control, for a fair first error
+SECOND_ORDER = 3.0  # fixed steps for each step under error control: a similar first error
 LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
 
 
-class Studying:
-    """Makes the runs of a study; `run` gives them, also if the user stops it in between."""
+class StudyRunner:
+    """Makes the runs of a study; `run` returns them, also if the user stops the study."""
 
     def __init__(
         self, runs: Runs, solve: Solve, budget: float, clock: Callable[[], float] = monotonic
@@ -355,7 +351,7 @@ class Studying:
         return SHARE * max(self._deadline - self._clock(), 0.0)
 
     def run(self) -> Runs:
-        """Make all runs there is time for."""
+        """Make all runs for which there is time."""
         began = self._clock()
         try:
             self._warm_up()
@@ -370,13 +366,13 @@ class Studying:
         return self.runs
 
     def _methods(self) -> list[Method]:
-        """Methods that represent the scene, as far as is known: the model's own first."""
+        """Methods that did not refuse the scene so far, the model's own first."""
         return [m for m in self.runs.methods if m.name not in self.runs.left_out]
 
     def _warm_up(self) -> None:
-        """Run the beginning of the motion by every method: what can't be run is found at once.
+        """Run the beginning of the motion by every method, to see at once which ones refuse it.
 
-        Engines are imported by that, which is no part of the budget.
+        This also imports the engines, before the budget begins.
         """
         scene = self.runs.scene
         end = end_of_run(scene, build_mechanism(scene))
@@ -390,9 +386,9 @@ class Studying:
                 self.runs.left_out[method.name] = str(error)
 
     def _model_settings(self) -> None:
-        """Run the model's own settings, or the nearest that take not too long; so does the judge.
+        """Run the model's own settings, or coarser ones if these take too long; also by the judge.
 
-        The others begin with coarser ones, but something has to run.
+        Other methods are tried only while there is no run at all.
         """
         usual = model_method(self.runs.scene, self.runs.methods)
         for method in self._methods():
@@ -411,7 +407,9 @@ class Studying:
             return None
         trial = Trial(method, value, solved.result, [solved.processor])
         self.runs.trials.append(trial)
-        if REPEATS * solved.processor < AT_ONCE:  # the least of several times is the truest
+        if (
+            REPEATS * solved.processor < AT_ONCE
+        ):  # the least of several times is nearest to the truth
             for _ in range(REPEATS - 1):
                 again = self._solve(scene, method.engine, f"{label}, again", self._allowed)
                 trial.times += [] if again.given_up else [again.processor]
@@ -443,8 +441,8 @@ class Studying:
     def _vary(self) -> None:
         """Run the scene with more rods and with stiffer contacts, by the cheapest method.
 
-        Each is held against the finest run of that method, one rung finer than the model's own
-        setting if there is time for it.
+        Each is compared with the finest run of that method, which is one rung finer than the
+        model's own setting if there is time for it.
         """
         known = [t for t in self.runs.trials if t.method.of_rods and t.method.knob == "tolerance"]
         scenes = finer_scenes(self.runs.scene)
@@ -462,7 +460,7 @@ class Studying:
                 self.runs.varied.append(Varied(finer, solved.result, base, solved.processor))
 
     def _climb(self) -> None:
-        """Run ever finer settings, next that of the method whose last run was the cheapest."""
+        """Run ever finer settings; the method whose last run was the cheapest is always next."""
         waiting = {method: self._rungs(method) for method in self._methods()}
         last = dict.fromkeys(waiting, 0.0)
         while ready := [method for method, rungs in waiting.items() if rungs]:
@@ -476,7 +474,7 @@ class Studying:
                 out |= {f"{method.label(x)}, and what is finer": NO_TIME for x in finer[:1]}
 
     def _rungs(self, method: Method) -> list[float]:
-        """Rungs of a method's ladder that were not run yet, up to one that took too long."""
+        """Rungs of a method's ladder that were not run yet, up to the first that took too long."""
         value = self._begin(method)
         rungs = [] if value is None else ladder(method.knob, value, self.runs.target)
         out = self.runs.left_out
@@ -484,7 +482,7 @@ class Studying:
         return [rung for rung in short if not self.runs.has(method, rung)]
 
     def _begin(self, method: Method) -> float | None:
-        """Value that the model gives, or a step (s) from its own run's mean one; None: unknown."""
+        """Value of the knob in the model, or a step (s) from the mean step of its run; or None."""
         model_trial, value = self.runs.model_trial, model_value(self.runs.scene, method)
         if value is not None or model_trial is None or model_trial.result.checks.steps < 1:
             return value
@@ -494,5 +492,5 @@ class Studying:
 
 def study(scene: Scene, methods: Sequence[Method], target: float, solve: Solve,
           budget: float) -> Runs:  # fmt: skip
-    """Make all runs that a budget (s) allows; `target` (m) is the error somebody wants."""
-    return Studying(Runs(scene, target, list(methods)), solve, budget).run()
+    """Make all runs that a budget (s) allows; `target` (m) is the error that the user wants."""
+    return StudyRunner(Runs(scene, target, list(methods)), solve, budget).run()

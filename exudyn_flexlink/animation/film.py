@@ -234,12 +234,14 @@ class Take:
     def named(self) -> dict[str, Anchor]:
         """Points that the paper names; the origin only where the paper's slot is."""
         anchors = named_points(self.result.scene, self.model)
-        return {name: at for name, at in anchors.items() if name != "O" or self.model.all_slots}
+        return {
+            name: anchor for name, anchor in anchors.items() if name != "O" or self.model.all_slots
+        }
 
     def points(self, begin: float, end: float) -> list[FloatArray]:
         """Points (..., 2) m of all that is drawn between two instants."""
         poses = self.poses(np.linspace(begin, end, LOOKS))
-        ends = [np.array([at.x, at.y]) for at in pivots(self.model)]
+        ends = [np.array([anchor.x, anchor.y]) for anchor in pivots(self.model)]
         return [*(drawn.line.at(poses) for drawn in self.lines), *ends]
 
 
@@ -377,8 +379,8 @@ def spot_of(contact: Contact, poses: FloatArray) -> FloatArray:
     """Where a contact touches, or is nearest to it, (..., 2) m: the edge of its first part."""
     round_parts = circles_of(contact)
     if isinstance(contact, FlatContact):
-        at = approach(contact, poses, np.zeros_like(poses))
-        beside = at.place[..., None] * at.along - at.gap[..., None] * at.normal
+        look = approach(contact, poses, np.zeros_like(poses))
+        beside = look.place[..., None] * look.along - look.gap[..., None] * look.normal
         return np.asarray(anchor_position(contact.start, poses) + beside)
     if not isinstance(contact, CircleContact) and not round_parts:
         return anchor_position(contact.point, poses)

@@ -117,14 +117,14 @@ class Place:
         return {-1: (1.0, 1.0), 0: (BAND, BAND_PALE), 1: (THIN, 1.0)}[self.rank]
 
     def write(
-        self, text: str, at: FloatArray, away: tuple[float, float], size: float, **look: Any
+        self, text: str, spot: FloatArray, away: tuple[float, float], size: float, **look: Any
     ) -> Annotation:
         """Write words at a place in m, `away` from it by points; with a rim, to be read on lines.
 
         Those of a zoom are not seen where their place is out of it.
         """
         return self.axes.annotate(
-            text, (float(at[0]), float(at[1])), away, textcoords="offset points", zorder=9,
+            text, (float(spot[0]), float(spot[1])), away, textcoords="offset points", zorder=9,
             fontsize=self.points(size), annotation_clip=self.view is not None,
             path_effects=[withStroke(foreground=_RIM[0], linewidth=self.points(_RIM[1]))],
             snap=False, **{"color": INK, **look},  # snapped to pixels, the lines of an E vanish
@@ -197,26 +197,26 @@ def _draw_mark(place: Place, mark: Mark, poses: FloatArray) -> None:
 def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
     """Draw S and the names of the points that the paper names, in a picture `size` (m) large."""
     poses = shots.poses[frame]
-    at = {
+    spots = {
         name: place.seen(anchor_position(anchor, poses)[None], poses)[0]
         for name, anchor in shots.take.named.items()
     }
     for name, marker in (("S", "o"), ("O", "+")):
-        if name in at:
+        if name in spots:
             rim: dict[str, Any] = {"mec": "white", "mew": place.points(1.0)} if name == "S" else {}
-            place.axes.plot(*at[name], marker, color=INK, markersize=place.points(9), **rim)
-    for first, names in together(at, NAMED_TOGETHER * size).items():
+            place.axes.plot(*spots[name], marker, color=INK, markersize=place.points(9), **rim)
+    for first, names in together(spots, NAMED_TOGETHER * size).items():
         away = 0, place.points(7)
-        place.write(", ".join(names), at[first], away, 12, va="bottom", ha="center")
+        place.write(", ".join(names), spots[first], away, 12, va="bottom", ha="center")
 
 
 def draw_trail(place: Place, shots: Shots, frame: int) -> None:
     """Draw what S went last."""
     frames, (times, path) = shots.frames, shots.path
-    at, lasts = frames.times[frame], TRAIL_SECONDS * frames.speed
-    first, last = np.searchsorted(times, [at - lasts, at])
+    now, lasts = frames.times[frame], TRAIL_SECONDS * frames.speed
+    first, last = np.searchsorted(times, [now - lasts, now])
     points = np.concatenate([path[first:last], shots.watched[frame : frame + 1]])
-    fresh = 1 - (at - np.append(times[first:last], at)[1:]) / lasts
+    fresh = 1 - (now - np.append(times[first:last], now)[1:]) / lasts
     rgb = to_rgb(shots.take.colour or INK)
     trail = LineCollection(
         list(np.stack([points[:-1], points[1:]], axis=1)), capstyle="butt",
@@ -231,17 +231,17 @@ def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
     glows = [glow for glow in shots.glows(frame) if only in ("", glow.name)]
     spots = _spots(place, shots, frame) if any(glow.text for glow in glows) else np.empty((0, 2))
     for glow in glows:
-        at = place.seen(glow.place[None], shots.poses[glow.frame])[0]
+        spot = place.seen(glow.place[None], shots.poses[glow.frame])[0]
         radius, fresh = 5 + 17 * glow.strength**0.5, glow.fresh
         ring = to_rgba(TOUCH, 0.8 * fresh)
         for part, opaque in _LAYERS:
-            place.axes.plot(*at, "o", color=to_rgba(GLOW, opaque * fresh), mew=0,
+            place.axes.plot(*spot, "o", color=to_rgba(GLOW, opaque * fresh), mew=0,
                             markersize=2 * place.points(part * radius))  # fmt: skip
-        place.axes.plot(*at, "o", mfc="none", color=ring, mew=place.points(1.5),
+        place.axes.plot(*spot, "o", mfc="none", color=ring, mew=place.points(1.5),
                         markersize=2 * place.points(radius * (1.25 - 0.6 * fresh)))  # fmt: skip
         if glow.text:
-            number = place.write(glow.text, at, (0, 0), 13, color=TOUCH, alpha=fresh, weight="bold",
-                                 va="center", ha="center")  # fmt: skip
+            number = place.write(glow.text, spot, (0, 0), 13, color=TOUCH, alpha=fresh,
+                                 weight="bold", va="center", ha="center")  # fmt: skip
             box = _put_beside(place, number, radius, spots)
             # Another number keeps off this one; what is on the edge of a box is not inside it.
             rim = box.padded(-1).corners()[[0, 2, 3, 1]]
@@ -279,8 +279,8 @@ def _put_beside(place: Place, number: Annotation, radius: float, spots: FloatArr
         for side in (1, -1, 0):
             lower = down if side else down + radius
             away = np.array([side * aside, upwards * lower * place.thick])
-            at = middle + away
-            box = Bbox([at - half, at + half])
+            spot = middle + away
+            box = Bbox([spot - half, spot + half])
             hidden = box.count_contains(spots) + farther
             if box.x0 < window.x0 or box.x1 > window.x1:
                 hidden += len(spots)
@@ -339,9 +339,9 @@ class ZoomPanel:
         zoom, shots = self._zooms[0], self._takes[0]
         assert zoom.point is not None
         poses = shots.poses[frame]
-        at = zoom.view.seen(anchor_position(zoom.point, poses)[None], poses)[0]
+        spot = zoom.view.seen(anchor_position(zoom.point, poses)[None], poses)[0]
         box = np.array([self._place.axes.get_xlim(), self._place.axes.get_ylim()]).T
-        away = float(np.linalg.norm(at - np.clip(at, *box)))
+        away = float(np.linalg.norm(spot - np.clip(spot, *box)))
         factor, unit = length_unit(shots.film.size)
         words = f"{zoom.point_name} is {factor * away:.3g} {unit} away"
         return f" \N{EN DASH} {words}" if away > 0 else ""
@@ -388,7 +388,7 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
     link = next(touching for touching in shots.touching if touching.name == channel.name)
     force = shots.forces(link, frame)
     assert link.places is not None
-    at, sides = place.seen(link.places.at(poses), poses), channel.sides
+    tips, sides = place.seen(link.places.at(poses), poses), channel.sides
     for pair in np.flatnonzero(force > 0).tolist():
         strong = min(shots.film.part(float(force[pair])), 1.0) ** 0.5
         # Arrows press on the link: down from the upper wall, up from the lower.
@@ -397,13 +397,13 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
         arrow = {"arrowstyle": "-|>", "color": TOUCH, "linewidth": place.points(2.2),
                  "shrinkA": 0, "shrinkB": 0, "mutation_scale": place.points(11)}  # fmt: skip
         place.axes.annotate(
-            "", tuple(at[pair]), (0, up), textcoords="offset points", arrowprops=arrow,
+            "", tuple(tips[pair]), (0, up), textcoords="offset points", arrowprops=arrow,
             annotation_clip=False,
         )  # fmt: skip
         # Between its ends the guide keeps the link away from what is outside the walls.
-        left = at[pair, 0] > channel.length / 2
+        left = tips[pair, 0] > channel.length / 2
         place.write(
-            f"{force[pair]:.3g} N", at[pair], ((-1) ** left * place.points(7), off), 12,
+            f"{force[pair]:.3g} N", tips[pair], ((-1) ** left * place.points(7), off), 12,
             color=TOUCH, weight="bold", ha="right" if left else "left", va="center",
         )  # fmt: skip
 
@@ -438,10 +438,10 @@ def draw_timeline(place: Place, takes: Sequence[Shots]) -> None:
             axes.add_collection(shapes, autolim=False)
 
 
-def draw_instant(place: Place, at: float) -> None:
+def draw_instant(place: Place, time: float) -> None:
     """Mark an instant (s) on the line of time."""
-    place.axes.plot([at, at], [BOTTOM, TOP + 0.05], color=INK, linewidth=place.points(2))
-    place.axes.plot(at, BOTTOM, "o", color=INK, markersize=place.points(9))
+    place.axes.plot([time, time], [BOTTOM, TOP + 0.05], color=INK, linewidth=place.points(2))
+    place.axes.plot(time, BOTTOM, "o", color=INK, markersize=place.points(9))
 
 
 Pixels = NDArray[np.uint8]
@@ -576,9 +576,9 @@ class Picture:
 
     def _text(self, frame: int) -> str:
         """Time and crank angle of a frame, and how fast it plays."""
-        at, speed = self._frames.times[frame], self._frames.speeds[frame]
+        time, speed = self._frames.times[frame], self._frames.speeds[frame]
         digits = min(max(int(np.ceil(-np.log10(speed / 25))), 0), 9)
-        words = [f"t = {at:.{digits}f} s"]
+        words = [f"t = {time:.{digits}f} s"]
         crank = self._shots[0].crank
         if crank is not None:
             degrees = float(np.degrees(crank[frame]))

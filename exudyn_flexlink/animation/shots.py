@@ -25,9 +25,9 @@ from exudyn_flexlink.observables import crank_angle, turns
 from exudyn_flexlink.plots.outline import walled
 
 PRECISE = 1 / 4000  # of the picture: error of a path, a pixel of a large screen
-OF_CLEARANCE = 1 / 40  # of a clearance: the same, as clearances are drawn larger
+OF_CLEARANCE = 1 / 40  # of a clearance, which is drawn larger: error of a path
 MOST = 1_000_000  # numbers of all poses: a page of some 6 megabytes
-LOOSER = 1.6  # factor of the allowed error, again and again until there are no more than MOST
+LOOSER = 1.6  # the allowed error grows by this factor until no more than MOST numbers are left
 SECONDS = 9.0  # of a film
 OF_A_TURN = 3.0  # s: the eye can't follow a crank that turns faster
 SLOW_SECONDS = 4.0  # duration of a stretch of slow motion in the film
@@ -39,10 +39,10 @@ STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
 
 @dataclass(frozen=True)
 class Frames:
-    """Instants (K,) s of the run that frames show, and the `seconds` (K,) of the film they show at.
+    """The frames of a film. Frame k shows the run at `times[k]`, s, `seconds[k]`, s, into the film.
 
-    `speeds` (K,) are those of the film there, s of the run per s; `speed` is the one without slow
-    motion.
+    There the film plays at `speeds[k]`, in s of the run per s of the film; without slow motion it
+    plays at `speed`. The arrays have the shape (K,).
     """
 
     times: FloatArray
@@ -88,9 +88,9 @@ def frames_of(film: Film, fps: float, speed: float) -> Frames:
             "show a part of the run, or play it faster"
         )
     count = max(2, round(seconds[-1] * fps) + 1)
-    at = np.linspace(0.0, seconds[-1], count)
-    inside = np.clip(np.searchsorted(seconds, at, side="right") - 1, 0, len(speeds) - 1)
-    return Frames(np.interp(at, seconds, edges), at, speeds[inside], speed)
+    shown = np.linspace(0.0, seconds[-1], count)
+    inside = np.clip(np.searchsorted(seconds, shown, side="right") - 1, 0, len(speeds) - 1)
+    return Frames(np.interp(shown, seconds, edges), shown, speeds[inside], speed)
 
 
 def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
@@ -166,7 +166,8 @@ def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> 
 class Glow:
     """A touch as a frame shows it: at `place` (2,) m, `strength` and how `fresh` it is, 0 to 1.
 
-    `name` is that of the contact or joint, `frame` the one whose place it has.
+    `name` is that of the contact or joint. `frame` is the number of the frame in which the touch
+    has this place: a touch of a contact that has ended does not move any more.
     """
 
     name: str
@@ -227,17 +228,17 @@ class Shots:
             values, shown = strength(touching.touches), list(self._shown(touching, frame))
             parts = {k: self.film.part(float(values[k])) for k, _ in shown}
             # Of a burst of touches only the brightest has a number beside it.
-            brightest = max(shown, key=lambda seen: parts[seen[0]] * seen[1], default=(None, 0.0))[
-                0
-            ]
+            brightest, _ = max(
+                shown, key=lambda touch: parts[touch[0]] * touch[1], default=(None, 0.0)
+            )
             for k, fresh in shown:
                 pair = int(touching.touches.pair[k]) if touching.places is not None else 0
                 matters = k == brightest and (touching.places is None or parts[k] > LABELLED)
                 pressing = float(self.forces(touching, frame)[pair]) if fresh == 1 else None
                 text = _label(float(values[k]), pressing, touching.unit) if matters else ""
-                seen = self._seen_at(touching, k, frame)
-                place = touching.spots(self.take, self.frames.times[seen : seen + 1])[0, pair]
-                lights.append(Glow(touching.name, seen, place, parts[k], fresh, text))
+                placed = self._placing_frame(touching, k, frame)
+                place = touching.spots(self.take, self.frames.times[placed : placed + 1])[0, pair]
+                lights.append(Glow(touching.name, placed, place, parts[k], fresh, text))
         return lights
 
     def _shown(self, touching: Touching, frame: int) -> Iterator[tuple[int, float]]:
@@ -248,8 +249,8 @@ class Shots:
         for k in np.flatnonzero(begun & (fresh > 0)).tolist():
             yield k, float(fresh[k])
 
-    def _seen_at(self, touching: Touching, k: int, frame: int) -> int:
-        """Frame whose place a touch has: a touch that has ended in a contact stays there."""
+    def _placing_frame(self, touching: Touching, k: int, frame: int) -> int:
+        """Number of the frame that gives touch k its place in a frame: see `Glow`."""
         if touching.places is not None:
             return frame
         last = int(np.searchsorted(self.frames.times, touching.touches.end[k], side="right")) - 1

@@ -148,7 +148,7 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
             {"kind": mark.kind, "spans": _spans(take, mark), **_anchor(mark.anchor)}
             for mark in take.marks
         ],
-        "points": {name: _anchor(at) for name, at in take.named.items()},
+        "points": {name: _anchor(anchor) for name, anchor in take.named.items()},
         "touching": [_touching(take, touching, times) for touching in touching_of(film, take)],
         "zooms": [_zoom(zoom) for zoom in zooms_of(film, take)],
     }
@@ -171,9 +171,9 @@ def _anchor(anchor: Anchor) -> dict[str, Any]:
 
 
 def _touching(take: Take, touching: Touching, times: FloatArray) -> dict[str, Any]:
-    """Touches in columns, and one after the other the forces that press at the kept instants.
+    """Touches in columns, and the forces that press at the kept instants, all in one row.
 
-    Those of instant i are entries ``first[i]`` to ``first[i + 1]`` of ``pair`` and ``force``.
+    The forces of instant i are entries ``first[i]`` to ``first[i + 1]`` of ``pair`` and ``force``.
     """
     touches = touching.touches
     force = touching.forces(take, times)
@@ -218,7 +218,7 @@ Progress = Callable[[float], None]
 GIF_FPS, VIDEO_FPS = 20.0, 30.0
 GIF_WIDTH, VIDEO_WIDTH = 640, 1280
 GIF_TICK = 0.01  # s: unit of the duration of a GIF's frame
-LOOKED_AT = 24  # frames that the palette of colours is made of
+PALETTE_FRAMES = 24  # frames from which the palette of colours is made
 MOST_PIXELS = 600_000_000  # of a GIF: its frames are in memory until it is written
 MOST_FPS = {"mp4": 240.0, "gif": 50.0}  # players show frames of a GIF for 0.02 s at least
 LEAST_WIDTH, MOST_WIDTH = 160, 4096
@@ -272,7 +272,7 @@ def film_bytes(
         raise FilmError("\n".join(mistakes))
     if suffix == "html":
         return page(film, filming.speed).encode("utf-8")
-    if suffix == "gif":  # whose frames last a whole number of ticks
+    if suffix == "gif":  # its frames last a whole number of ticks
         ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
         fps, width = 1 / (ticks * GIF_TICK), filming.width or GIF_WIDTH
     else:
@@ -284,7 +284,7 @@ def film_bytes(
             "faster, with fewer frames in a second, narrower, or as a video"
         )
     picture = Picture(film, frames, width)
-    return (_gif if suffix == "gif" else _video)(picture, fps, _counted(picture, progress))
+    return (_gif if suffix == "gif" else _video)(picture, fps, _with_progress(picture, progress))
 
 
 def usual_formats() -> tuple[str, ...]:
@@ -299,7 +299,7 @@ def is_animation(content: bytes) -> bool:
 
 def _gif(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
     """Return a film as the content of a GIF that repeats."""
-    chosen = np.unique(np.linspace(0, len(picture) - 1, LOOKED_AT).astype(int))
+    chosen = np.unique(np.linspace(0, len(picture) - 1, PALETTE_FRAMES).astype(int))
     palette = _palette([picture.frame(int(i))[..., :3] for i in chosen])
     images = (
         Image.fromarray(picture[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -328,7 +328,7 @@ def _video(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
     program = ffmpeg()
     assert program is not None  # see `Filming.mistakes`
     with TemporaryDirectory() as folder:
-        file, log = Path(folder) / "film.mp4", Path(folder) / "told.txt"
+        file, log = Path(folder) / "film.mp4", Path(folder) / "errors.txt"
         size = f"{picture.width}x{picture.height}"
         command = [
             program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgba",
@@ -374,8 +374,8 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
     return program.returncode
 
 
-def _counted(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:
-    """The frames in order, telling the part that is done."""
+def _with_progress(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:
+    """The frames in order; `progress` gets the part that is done."""
     for frame in range(len(picture)):
         yield picture.frame(frame)
         if progress is not None:

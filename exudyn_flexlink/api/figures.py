@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
-from exudyn_flexlink.arguments import a, among, excerpt, instants, takes
+from exudyn_flexlink.arguments import among, excerpt, instance_of, instants, takes
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.observables import bent_links, point_names, struck_bodies
 from exudyn_flexlink.result import Result
@@ -100,7 +100,7 @@ def needed(package: str) -> Any:
 SMALL = 70  # dots per inch: a figure beside text, some tens of kilobytes
 FORM = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
 
-RESULT = a(Result, "simulate(..) and load(..) give one")
+RESULT = instance_of(Result, "simulate(..) and load(..) give one")
 style = among(lambda _: FIGURE_STYLES, "style")
 
 POINT = among(lambda shown: point_names(shown._result.scene), "point")

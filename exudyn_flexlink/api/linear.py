@@ -11,7 +11,7 @@ from exudyn_flexlink import engines, linear
 from exudyn_flexlink.api import with_methods
 from exudyn_flexlink.api.figures import Shown
 from exudyn_flexlink.api.scenes import given_scene
-from exudyn_flexlink.arguments import a, among, number, takes, values
+from exudyn_flexlink.arguments import among, instance_of, number, takes, values
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.quantities import Dimension
 from exudyn_flexlink.report import linear_text
@@ -20,7 +20,7 @@ from exudyn_flexlink.scene import Scene
 
 POINT = among(lambda model: model.assembly.mechanism.points, "point")
 AXIS = among(lambda _: ("x", "y"), "axis")
-RUN = a(Result, "load_scene(..) gives a scene, simulate(..) a run")
+RUN = instance_of(Result, "load_scene(..) gives a scene, simulate(..) a run")
 
 
 def _hertz(value: Any, _: Any = None) -> FloatArray:
@@ -68,8 +68,8 @@ class LinearModel(Shown, linear.LinearModel):
 
         Over the `frequency` (Hz), by default about all of the modes.
         """
-        found = linear.LinearModel.response(self, force, at, frequency, along)
-        return with_methods(Response, found)
+        response = linear.LinearModel.response(self, force, at, frequency, along)
+        return with_methods(Response, response)
 
     def __repr__(self) -> str:
         """Return one line: about what, and how many coordinates there are."""

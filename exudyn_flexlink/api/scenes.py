@@ -1,7 +1,4 @@
-"""Scenes from a name, a file or a dict, and the same scenes with other values.
-
-A mechanism at rest, as a notebook asks for it.
-"""
+"""Scenes from a name, a file or a dict, the same with other values, and mechanisms at rest."""
 
 from __future__ import annotations
 
@@ -18,7 +15,7 @@ from pydantic import ValidationError
 
 from exudyn_flexlink import effects, loading
 from exudyn_flexlink.api import with_methods
-from exudyn_flexlink.arguments import a, among, excerpt, place, plain, takes, values
+from exudyn_flexlink.arguments import among, excerpt, instance_of, place, plain, takes, values
 from exudyn_flexlink.loading import rest_of_scene
 from exudyn_flexlink.mechanism import Rest
 from exudyn_flexlink.once import hand_on
@@ -49,7 +46,7 @@ def _changes(value: Any, _: Any = None) -> Mapping[str, Any]:
     return value
 
 
-def _more(value: Any, _: Any = None) -> Any:
+def _changes_or_texts(value: Any, _: Any = None) -> Any:
     """Take values by path, or texts such as 'run.turns=2'."""
     if isinstance(value, Mapping):
         return _changes(value)
@@ -132,7 +129,7 @@ class Scene(PlainScene):
         return f"<b>{escape(self.title)}</b><ul>{rows}</ul>"
 
 
-@takes(model=_model, changes=_more)
+@takes(model=_model, changes=_changes_or_texts)
 def load_scene(
     model: str | PathLike[str] | Mapping[str, Any] | PlainScene,
     changes: Mapping[str, Any] | Iterable[str] = (),
@@ -142,7 +139,7 @@ def load_scene(
 ) -> Scene:
     """Load a scene: a model that comes with the program by name, a file, or a dict of sections.
 
-    A scene is given back, with the changes if there are any.
+    A model that is a scene already is returned, with the changes if there are any.
 
     `settings` are keys of the sections accuracy, initial, run and solver: ``tolerance=1e-7``,
     ``turns=2``, ``formulation="redundant"``. `changes` are by path, as those of `Scene.with_`, or
@@ -162,10 +159,12 @@ def load_scene(
 
 
 def given_scene(given: Any, _: Any = None) -> Any:
-    """Take a scene; a file, a name or a dict is told what makes one of it."""
+    """Take a scene. For a file, a name or a dict the error says which function makes a scene."""
     if isinstance(given, str | PathLike):
         raise TypeError(f"expected a Scene; load_scene({fspath(given)!r}) makes one")
-    return a(PlainScene, "load_scene(..) makes one" if given is not None else "")(given, None)
+    return instance_of(PlainScene, "load_scene(..) makes one" if given is not None else "")(
+        given, None
+    )
 
 
 @takes(scene=given_scene, without=_effects)
@@ -215,7 +214,7 @@ def _changed(scene: PlainScene, settings: list[Setting], keywords: Collection[st
 
 @contextmanager
 def _python_words(keywords: Collection[str] = ()) -> Iterator[None]:
-    """Tell mistakes of settings by their paths, or by `keywords`, and by no option of a shell."""
+    """Let errors name settings by their paths, or by `keywords`, not as options of a shell."""
     try:
         yield
     except SceneError as error:
@@ -240,13 +239,13 @@ def _plain(value: Any, name: str) -> Any:
     if isinstance(value, str):
         return str(value)
     try:
-        return json.loads(json.dumps(value, default=_held))
+        return json.loads(json.dumps(value, default=_plain_entry))
     except (TypeError, ValueError, RecursionError) as error:
         why = str(error) if "can't hold" in str(error) else f"a model can't hold {excerpt(value)}"
         raise TypeError(f"{name}: {why}") from None
 
 
-def _held(value: Any) -> Any:
+def _plain_entry(value: Any) -> Any:
     return plain(value) if hasattr(value, "to_base_units") else loading.plain_data(value)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from exudyn_flexlink.animation import Film, FilmError, Filming, film_bytes, film_of, usual_formats
 from exudyn_flexlink.cli.figures import idle_text
 from exudyn_flexlink.cli.keeping import (
-    made,
+    make_output,
 )
 from exudyn_flexlink.cli.terminal import (
     BAD_INPUT,
@@ -46,7 +46,7 @@ def animate_command(options: argparse.Namespace) -> int:
                 content = _content(film, name, filming, quiet=options.quiet)
                 (staged / file).write_bytes(content)
 
-    code = made("animation", write)
+    code = make_output("animation", write)
     if code == DONE and not options.quiet:
         print(f"Written to {folder}{os.sep}: {', '.join(files.values())}")
     return code

@@ -13,7 +13,7 @@ from pathlib import Path
 from exudyn_flexlink.cli.figures import draw_figure, look_of
 from exudyn_flexlink.cli.keeping import (
     holds_schema,
-    made,
+    make_output,
     write_figure,
 )
 from exudyn_flexlink.cli.running import read_scene
@@ -81,7 +81,7 @@ def plot_command(options: argparse.Namespace) -> int:
             if swept is not None:
                 draw_figure(options, "sweep", swept, staged, names=options.of)
 
-    code = made("figures", draw)
+    code = make_output("figures", draw)
     if code == DONE:
         print(f"Figures written to {folder}{os.sep}")
     return code
@@ -111,7 +111,7 @@ def report_command(options: argparse.Namespace) -> int:
         else:
             write_page(result, options.out, force=options.force)
 
-    code = made("report", write)
+    code = make_output("report", write)
     if code == DONE:
         print(f"Report written to {options.out or options.run / PAGE}")
     return code

@@ -1,10 +1,8 @@
-"""Numbers first: no failure of a figure, or of a page, may cost what a run of hours has given.
+"""How commands keep their results, so that no failure of a figure or a page costs any numbers.
 
-Figures as the command line asks for them: their formats, and the style they are drawn in.
-
-Where a command puts its result: where it is asked to, or beside it, and what it calls it.
-
-The command `new`: a model that comes with the program, copied to be changed.
+A result goes into the folder that is asked for, or into one beside it; its name comes from the
+options. Numbers are saved first, then figures are drawn. Ctrl-C waits while numbers are saved. The
+command `new`, which copies a model that comes with the program, is here, too.
 """
 
 from __future__ import annotations
@@ -63,7 +61,7 @@ NUMBER = re.compile(r"([+-]?[\d.]+(?:e[+-]?\d+)?)\s*([a-z][a-z /]*)?", re.IGNORE
 
 
 class Place:
-    """The folder a result shall end in, `target`; after writing, the one it did end in."""
+    """The folder of a result: `target` is where it shall be, and after writing where it is."""
 
     def __init__(self, options: argparse.Namespace, suffix: str = "", what: str = "run") -> None:
         """Take the place that was asked for, or a folder in `runs` named as the run is.
@@ -78,7 +76,7 @@ class Place:
         self._pressed = False
 
     def code(self, code: int) -> int:
-        """Exit code of a command that would end with `code` if Ctrl-C had not come last."""
+        """Exit code of a command: `code`, or that of an interrupt if Ctrl-C came during writing."""
         return INTERRUPTED if self._pressed else code
 
     def tell(self, text: str) -> None:
@@ -90,9 +88,9 @@ class Place:
         tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {contents(self.target)}")
 
     def ended(self, code: int, whole: str = "") -> int:
-        """Say why the result is not where it should be; returns the exit code, see `code`.
+        """Say why the result is in another folder than it should be; returns the exit code.
 
-        If Ctrl-C came, but so late that something is `whole`, that is said.
+        If Ctrl-C came after the result was complete, the message says what is `whole`.
         """
         code = self.code(code)
         if code == INTERRUPTED and whole:
@@ -101,8 +99,8 @@ class Place:
 
     @contextmanager
     def written(self) -> Iterator[Path]:
-        """Yield the folder to write into; Ctrl-C does not keep what is in it from its place."""
-        if self._replaces is None:  # what is written twice replaces no earlier run
+        """Yield a folder to write into, which then replaces the target; Ctrl-C waits for that."""
+        if self._replaces is None:  # the second writing of one run replaces no earlier run
             self._replaces = bool(written_files(self.target))
         with deferrable_interrupts() as ctrl_c:
             try:
@@ -128,8 +126,8 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
 
     Such as ``no_clearance-lagrangian-turns=2``. Only what changes the motion is in the name: the
     engine if it is not Exudyn, the kind of impact, effects left out, and settings, with what is
-    varied, in the order of their names. A name that is too long, or has lost characters, ends in a
-    digest of all of it.
+    varied, in the order of their names. A name that is too long, or from which characters were
+    removed, ends in a digest of the whole.
     """
     model: Path = options.model
     # The stem of '..yaml' is '.', which would be the folder above.
@@ -178,43 +176,48 @@ Options that can't be, models with mistakes, places that can't be read or writte
 """
 
 
-def kept(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) -> int:
-    """Save numbers, which Ctrl-C does not hinder; then `draw` figures, if any are wanted.
+def save_and_draw(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) -> int:
+    """Save numbers, for which Ctrl-C waits; then `draw` figures, if any are wanted.
 
-    Returns the exit code; see `drawn`.
+    Returns the exit code; see `draw_figures`.
     """
     with deferrable_interrupts() as ctrl_c:
         ctrl_c.defer()
         save()
     if ctrl_c.pending or draw is None:
         return INTERRUPTED if ctrl_c.pending else DONE
-    return drawn(folder, draw)
+    return draw_figures(folder, draw)
 
 
-def written(study: AnyStudy, folder: Path, options: Namespace, figure: str, **verdict: Any) -> int:
-    """Write what was found, and its figure, unless none is wanted; `verdict` is for `save_study`.
+def write_study(
+    study: AnyStudy, folder: Path, options: Namespace, figure: str, **verdict: Any
+) -> int:
+    """Write a study, and its figure, unless none is wanted; `verdict` is for `save_study`.
 
-    Returns the exit code; see `drawn`.
+    Returns the exit code; see `draw_figures`.
     """
     draw = None if options.no_plots else partial(draw_figure, options, figure, study, folder)
-    return kept(partial(save_study, study, folder, **verdict), draw, folder)
+    return save_and_draw(partial(save_study, study, folder, **verdict), draw, folder)
 
 
-def drawn(folder: Path, draw: Callable[[], Any]) -> int:
+def draw_figures(folder: Path, draw: Callable[[], Any]) -> int:
     """Draw figures into a folder beside the numbers.
 
-    Returns the exit code: `DONE`; with no figure left, `INTERRUPTED` if the user did not wait for
-    them, and `FAILED` if they can't be drawn, which is said.
+    Returns the exit code: `DONE`, `INTERRUPTED` if the user did not wait for them, or `FAILED` if
+    they can't be drawn, which a message says. Where it is not `DONE`, no figure is left.
     """
-    code = added("figures", draw)
+    code = add_output("figures", draw)
     for suffix in FIGURE_FORMATS if code else ():
-        for file in folder.rglob(f"*.{suffix}"):  # the last may be half a figure
+        for file in folder.rglob(f"*.{suffix}"):  # the last may be incomplete
             file.unlink()
     return code
 
 
-def added(what: str, make: Callable[[], Any]) -> int:
-    """Make something beside numbers that are saved; returns the exit code, and says a failure."""
+def add_output(what: str, make: Callable[[], Any]) -> int:
+    """Make a figure or a page of numbers that are saved; returns the exit code.
+
+    A message says why it failed, and that the numbers are kept.
+    """
     try:
         make()
     except KeyboardInterrupt:
@@ -225,21 +228,21 @@ def added(what: str, make: Callable[[], Any]) -> int:
 
 
 def write_figure(file: Path, draw: Callable[[], Figure], *, force: bool) -> int:
-    """Draw a figure into a file; returns the exit code, see `made`."""
+    """Draw a figure into a file; returns the exit code, see `make_output`."""
     from exudyn_flexlink.plots import figure_bytes, is_figure
 
     def write() -> None:
         content = figure_bytes(draw(), file.suffix[1:].lower())
         replace_file(file, content, is_figure, force=force)
 
-    return made("figure", write)
+    return make_output("figure", write)
 
 
-def made(what: str, make: Callable[[], Any]) -> int:
-    """Make something of sound numbers; returns the exit code, and says a mistake of the program.
+def make_output(what: str, make: Callable[[], Any]) -> int:
+    """Make the only output of a command; returns the exit code, and reports errors of the program.
 
     Raises:
-        REFUSALS: it refuses what it is asked for.
+        REFUSALS: the user asked for something that can't be.
 
     """
     try:
@@ -293,7 +296,7 @@ def _point_files(value: Any) -> Iterator[str]:
 
 
 def _write(texts: dict[Path, str], model: str, *, force: bool) -> None:
-    """Write all of the files, the model first, or none that was not there."""
+    """Write all files, the model first. If one fails, the new ones are removed again."""
     new = [file for file in texts if not file.exists()]
     try:
         for file, text in texts.items():
@@ -353,7 +356,7 @@ def _text(file: Path) -> str:
 
 
 class DeferrableInterrupt:
-    """A handler of Ctrl-C that hands it on to the one `before`, until it is told to defer it."""
+    """A handler of Ctrl-C that calls the handler `before`, until `defer`; then it only notes it."""
 
     def __init__(self, before: Any) -> None:
         self.before = before
@@ -367,13 +370,12 @@ class DeferrableInterrupt:
             self.pending = True
         elif callable(self.before):
             self.before(number, frame)
-        elif (
-            number != signal.SIGINT
-        ):  # handed on by who handles other signals: only Ctrl-C is ignored
+        elif number != signal.SIGINT:
+            # Handlers of other signals call this one, too. Only Ctrl-C may be ignored.
             raise KeyboardInterrupt
 
     def defer(self) -> None:
-        """From now on, only take note of Ctrl-C."""
+        """Let Ctrl-C set `pending` from now on, and do nothing else."""
         self._defers = True
 
 
@@ -383,7 +385,7 @@ def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[No
     before = signal.getsignal(signal.SIGINT)
     try:
         signal.signal(signal.SIGINT, handler)
-    except ValueError:  # not the main thread: Ctrl-C is not ours
+    except ValueError:  # only the main thread may handle signals
         yield
         return
     try:
@@ -402,10 +404,10 @@ def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
 
 @contextmanager
 def interrupts(end: Callable[[], None]) -> Iterator[None]:
-    """Let Ctrl-C call `end` instead of breaking in somewhere inside a solver.
+    """Let Ctrl-C call `end`, so that it does not interrupt a solver at any point.
 
-    What follows in `simulate` puts the result together: there Ctrl-C is deferred. A Ctrl-C that is
-    ignored stays so: only requests of other signals, which come this way too, then end the run.
+    After that `simulate` puts the result together, and Ctrl-C is deferred. Where Ctrl-C is ignored,
+    it stays ignored; then only other signals, which come this way, too, end the run.
     """
     before = signal.getsignal(signal.SIGINT)
     ignored = (
@@ -426,6 +428,6 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
 
 @contextmanager
 def ends_runs() -> Iterator[None]:
-    """Let Ctrl-C end the runs that are made inside, as the two above say."""
+    """Let Ctrl-C end the runs that are made inside: see `interrupts`."""
     with stopped_by(Stopping(interrupts, deferrable_interrupts)):
         yield

@@ -1,9 +1,4 @@
-"""A scene as the command line asks for it, and its run.
-
-The command `simulate`.
-
-The command `animate`: a saved run, or two over each other, as a video, a GIF and a page.
-"""
+"""The scene that a command line asks for, its run, and the command `simulate`."""
 
 from __future__ import annotations
 
@@ -20,9 +15,9 @@ from exudyn_flexlink import engines, storage
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.cli.keeping import (
     Place,
-    added,
+    add_output,
     ends_runs,
-    kept,
+    save_and_draw,
 )
 from exudyn_flexlink.cli.terminal import (
     DONE,
@@ -109,10 +104,8 @@ def run(
 ) -> tuple[Result, bool]:
     """Run an engine once, and show its progress: `what` is going on.
 
-    The second run may begin `beside` it.
-
-    Also tells whether Ctrl-C came: so late that the run is whole all the same, unless it says that
-    it was interrupted.
+    The second run may begin `beside` it. Also returns whether Ctrl-C came. If it came too late to
+    stop the run, the run is complete; else its outcome says that it was interrupted.
     """
     with _refusals(scene, engine, options):
         try:
@@ -143,7 +136,7 @@ def measured(
 
 
 def simulating(options: argparse.Namespace, *values: str) -> str:
-    """Return the command that simulates the scene of a study: with all that changed the model.
+    """Return the command that simulates the scene of a study, with all options that change it.
 
     `values` are settings beside those of the command line.
     """
@@ -162,7 +155,7 @@ def simulating(options: argparse.Namespace, *values: str) -> str:
 def single_runs(
     scene: Scene, options: argparse.Namespace, what: str
 ) -> Iterator[tuple[Any, Quiet]]:
-    """Yield what runs a scene once, of which no error is known, and shows how far a study is."""
+    """Yield a function that runs a scene without measuring its error, and a bar for progress."""
     simulate = partial(engines.simulate, engine=options.engine, measure=False)
     with _refusals(scene, options.engine, options), progress_bar(options.quiet, what) as bar:
         yield simulate, bar
@@ -170,7 +163,7 @@ def single_runs(
 
 @contextmanager
 def _refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator[None]:
-    """Show what an engine refuses of a scene where it stands in the file."""
+    """Let a refusal of an engine name the part of the file that the engine can't represent."""
     try:
         yield
     except engines.NotRepresentableError as error:
@@ -196,11 +189,11 @@ def _both(
     scene: Scene, options: argparse.Namespace, place: Place, beside: Beside
 ) -> tuple[Result, int]:
     """Make the run, and the one that measures it, and write them; returns the exit code, too."""
-    # The folder is staged first: one that can't be written is no news for the end of a run.
+    # The folder is staged first: the user should know before the run that it can't be written.
     with place.written() as folder:
-        may = beside if options.measure else None
-        result, enough = run(scene, options.engine, options, beside=may)
-        late = enough and result.outcome.reason != STOPPED
+        measuring = beside if options.measure else None
+        result, interrupted = run(scene, options.engine, options, beside=measuring)
+        late = interrupted and result.outcome.reason != STOPPED
         _announce(result, options)
         second = options.measure and not late and result.error == NOT_ASKED
         code = _write(result, folder, options, late=late, figures=not second)
@@ -216,23 +209,23 @@ def _both(
 def _write(
     result: Result, folder: Path, options: argparse.Namespace, *, late: bool, figures: bool = True
 ) -> int:
-    """Write a run; returns the exit code, see `kept`. One who did not wait waits for no figures."""
+    """Write a run, after Ctrl-C without figures; returns the exit code, see `save_and_draw`."""
     drawn = figures and not late and not options.ending.asked
     draw = None if options.no_plots else partial(look_of(options).save_run, result, folder)
-    code = kept(
+    code = save_and_draw(
         partial(storage.save, result, folder, options.every), draw if drawn else None, folder
     )
     if options.report and drawn and code == DONE:
         from exudyn_flexlink.page import PAGE, write_page
 
-        code = added("report", partial(write_page, result, folder / PAGE))
+        code = add_output("report", partial(write_page, result, folder / PAGE))
     return code or (INTERRUPTED if late else DONE)
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:
     """Say what is still done after Ctrl-C, since it may take some seconds.
 
-    Whoever asked for the end by a signal may not wait: figures are left out.
+    A process that ends the run by another signal may not wait, so that figures are left out.
     """
     if result.outcome.reason != STOPPED:
         return

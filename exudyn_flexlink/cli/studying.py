@@ -26,12 +26,12 @@ from exudyn_flexlink.cli.keeping import (
     Place,
     contents,
     deferrable_interrupts,
-    drawn,
+    draw_figures,
     ends_runs,
-    kept,
     run_name,
+    save_and_draw,
     write_figure,
-    written,
+    write_study,
 )
 from exudyn_flexlink.cli.running import (
     changed,
@@ -179,7 +179,7 @@ def _run(
 def _write_comparison(
     compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool
 ) -> int:
-    """Write numbers, then figures if it is `whole`; returns the exit code, see `kept`."""
+    """Write numbers, then figures if it is `whole`; returns the exit code, see `save_and_draw`."""
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in compared.both]
 
     def save_all() -> None:
@@ -192,7 +192,7 @@ def _write_comparison(
             look_of(options).save_run(result, place)
         draw_figure(options, "comparison", compared, folder)
 
-    return kept(save_all, draw if whole and not options.no_plots else None, folder)
+    return save_and_draw(save_all, draw if whole and not options.no_plots else None, folder)
 
 
 def _tell_comparison(
@@ -243,7 +243,7 @@ def _compare_saved(options: argparse.Namespace) -> int:
     with place.written() as folder:
         figure = "against" if measured else "comparison"
         verdict = {} if measured else {"tolerance": options.tolerance}
-        code = written(comparison, folder, options, figure, **verdict)
+        code = write_study(comparison, folder, options, figure, **verdict)
     place.tell(
         against_text(comparison) if isinstance(comparison, Against) else comparison_text(comparison)
     )
@@ -274,7 +274,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
             code = INTERRUPTED if ctrl_c.pending else DONE
             if code == DONE and not options.no_plots:
                 draw = partial(draw_figure, options, "work_precision", study, folder)
-                code = drawn(folder, draw)
+                code = draw_figures(folder, draw)
     except accuracy.NothingRunError as error:
         if runs.interrupted:
             about = "interrupted before there were two runs to compare; nothing was written"
@@ -360,7 +360,7 @@ def fit_command(options: argparse.Namespace) -> int:
         with place.written() as folder:
             with single_runs(scene, options, "fit") as (simulate, bar):
                 fitted = fit(scene, series, vary, simulate, bar)
-            code = written(fitted, folder, options, "fit")
+            code = write_study(fitted, folder, options, "fit")
     except NoFitError as error:
         return complain(f"no fit: {error}", FAILED)
     except KeyboardInterrupt:
@@ -382,7 +382,7 @@ def stability_command(options: argparse.Namespace) -> int:
         # The folder is staged first: one that can't be written is no news for the end of a study.
         with place.written() as folder:
             study = _studied(scene, options)
-            code = written(study, folder, options, "stability")
+            code = write_study(study, folder, options, "stability")
     except IMPOSSIBLE as error:
         return complain(f"{error}\n{_advice(error, options)}", BAD_INPUT)
     except stability.StoppedError as error:
@@ -507,11 +507,11 @@ def _progress(count: Counter[str], points: int) -> str:
 def _write(
     plan: sweeps.Sweep, table: sweeps.SweepTable, folder: Path, options: argparse.Namespace
 ) -> int:
-    """Write the table, then its figure; returns the exit code, see `kept`."""
+    """Write the table, then its figure; returns the exit code, see `save_and_draw`."""
     with storage.staged_folder(folder, force=options.force) as staged:
         wanted = table.whole and not (options.no_plots or options.ending.asked)
         draw = partial(draw_figure, options, "sweep", table, staged) if wanted else None
-        code = kept(partial(storage.save_table, plan, table, staged), draw, staged)
+        code = save_and_draw(partial(storage.save_table, plan, table, staged), draw, staged)
     return code if table.whole else INTERRUPTED
 
 

@@ -129,12 +129,12 @@ def _to_next_sample(curve: Curve, u: float, down: int) -> float:
     """Way from u to the next sample: never over a break, after which u may mean a length."""
     grid = curve.samples[0]
     aside = 1e-12 * curve.period
-    at = float(curve.wrap(u))
+    wrapped = float(curve.wrap(u))
     if down > 0:
-        following = int(np.searchsorted(grid, at + aside, side="right"))
-        return float(grid[following]) - at if following < len(grid) else aside
-    before = int(np.searchsorted(grid, at - aside, side="left")) - 1
-    return at - float(grid[before]) if before >= 0 else aside
+        following = int(np.searchsorted(grid, wrapped + aside, side="right"))
+        return float(grid[following]) - wrapped if following < len(grid) else aside
+    before = int(np.searchsorted(grid, wrapped - aside, side="left")) - 1
+    return wrapped - float(grid[before]) if before >= 0 else aside
 
 
 # A place on a curve: typed decimals that mean the same point differ by less than this.
@@ -337,8 +337,8 @@ class Curve(ABC):
         begin, end = self.start - slack, self.end + slack
         u = np.concatenate([[begin], self.grid()[1:-1], [end]])
 
-        def beside(at: FloatArray) -> FloatArray:
-            place, _, _ = self.places(at)
+        def beside(places: FloatArray) -> FloatArray:
+            place, _, _ = self.places(places)
             return cross(direction, as_vectors(place) - origin)
 
         sides = beside(u) > 0

@@ -1,12 +1,12 @@
-"""The place of a curve next to a point, and how far along the curve it is, in plain floats.
+"""The place of a curve nearest to a point, and its arc length, in plain floats.
 
-It is for loops that ask step by step: numpy costs tens of microseconds for a single place, these
-functions about one. A search over the whole curve starts at the nearest sample; one on a single
-piece continues that piece beyond its ends (conics and lines as they are, splines by their last
-cubic), so that what follows a point along the piece stays smooth there.
+This is for loops over steps: numpy needs tens of microseconds for a single place, these functions
+about one. A search over the whole curve starts at the nearest sample. A search on a single piece
+continues the piece beyond its ends (conics and lines as they are, splines by their last cubic), so
+that the place stays smooth there.
 
-`Farthest` is the place of a convex curve that is farthest in a direction, where a straight face
-touches it. `reach` is how near a curve comes to itself: within it the nearest place is unique.
+`Farthest` finds the place of a convex curve that is farthest in a direction: a straight face
+touches it there. `reach` is the distance from a curve within which the nearest place is unique.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ Evaluator = Callable[[float], Place]
 """u -> x, y, dx/du, dy/du, d2x/du2, d2y/du2."""
 
 NEWTON_STEPS = 20
-# Parts of a stretch, and their shares of an integral over it (Gauss).
+# Points of an interval, and their weights in an integral over it (Gauss).
 QUADRATURE = list(zip((0.5 * (1 + NODES)).tolist(), (0.5 * WEIGHTS).tolist(), strict=True))
 
 
 class Closest:
-    """Searches a curve; places are pieces with their own parameters.
+    """Searches a curve; a place is a piece and a parameter on it.
 
-    Between long sides of one with corners the nearest sample may be on another than the nearest
-    place: there all stretches between samples count that may be nearer.
+    On a curve with corners, the nearest sample and the nearest place may be on different sides.
+    Then all intervals between samples that may be nearer are searched.
     """
 
     def __init__(self, curve: Curve) -> None:
@@ -53,7 +53,7 @@ class Closest:
             float(b) - p.start for b, p in zip(curve.breaks[:-1], curve.pieces, strict=True)
         ]
         self._spans = [_span(curve, float(low), float(high)) for low, high in pairwise(u)]
-        # Of each piece: where its spans begin, and how long the curve is up to there.
+        # For each piece: parameters at which its spans begin, and the arc lengths there.
         self._marks: list[tuple[list[float], list[float]]] = [([], []) for _ in curve.pieces]
         lengths = curve.arc_length.to(u)
         self._halves = 0.5 * np.diff(lengths)
@@ -62,12 +62,12 @@ class Closest:
             self._marks[piece][1].append(length)
 
     def on_curve(self, x: float, y: float) -> tuple[int, float]:
-        """Piece and parameter of the place next to (x, y) m, never beyond an open curve's end."""
+        """Piece and parameter of the place nearest to (x, y), m; never beyond an end."""
         place = self._around(self._nearest(x, y), x, y)
         return self._nearer(place, x, y) if self.cornered else place
 
     def _nearer(self, place: tuple[int, float], x: float, y: float) -> tuple[int, float]:
-        """Return a place of the curve that is nearer than this one, if there is one."""
+        """Return a nearer place of the curve than `place`, if any."""
         least, away = self._away(place, x, y), np.hypot(self._x - x, self._y - y)
         for k in np.flatnonzero(np.minimum(away[:-1], away[1:]) - self._halves < least).tolist():
             piece, low, high = self._spans[k]
@@ -79,21 +79,21 @@ class Closest:
 
     def _away(self, place: tuple[int, float], x: float, y: float) -> float:
         piece, u = place
-        at = self.at[piece](u)
-        return hypot(at[0] - x, at[1] - y)
+        values = self.at[piece](u)
+        return hypot(values[0] - x, values[1] - y)
 
     def parameters(self, points: FloatArray) -> FloatArray:
-        """Parameters (...) of the whole curve, by points (..., 2)."""
+        """Parameters (...) of the whole curve nearest to points (..., 2)."""
         flat = [self.on_curve(x, y) for x, y in points.reshape(-1, 2).tolist()]
         places = [u + self._shifts[piece] for piece, u in flat]
         return np.array(places).reshape(points.shape[:-1])
 
     def on_piece(self, piece: int, x: float, y: float, near: float) -> float:
-        """Parameter of the place of a piece next to (x, y) m, also beyond its ends.
+        """Parameter of the place of a piece nearest to (x, y), m, also beyond its ends.
 
-        Beyond them it is searched from the end, or from `near` where another piece comes next. On
-        the piece Newton's method is kept between samples: a roller that hardly has room in a hollow
-        is so near the centre of curvature that it would not get there by itself.
+        Beyond an end the search starts at the end, or at `near` if another piece follows. On the
+        piece Newton's method stays between samples. Otherwise it fails near the centre of
+        curvature, for example with a roller that has little room in a hollow.
         """
         direct = self._direct[piece]
         if direct is not None:
@@ -106,23 +106,23 @@ class Closest:
         return self._foot(piece, x, y, start if sampled == piece else near)
 
     def length_to(self, piece: int, u: float) -> float:
-        """Length (m) along the curve to a place of a piece, which goes on beyond its ends."""
+        """Arc length (m) of the curve up to a place of a piece, also beyond its ends."""
         begins, lengths = self._marks[piece]
-        if self._straight[piece]:  # its parameter is the length
+        if self._straight[piece]:  # the parameter is the arc length
             return lengths[0] + u - begins[0]
         i = max(bisect_right(begins, u) - 1, 0)
-        begin, at = begins[i], self.at[piece]
+        begin, evaluator = begins[i], self.at[piece]
         whole = 0.0
         for node, weight in QUADRATURE:
-            _, _, dx, dy, _, _ = at(begin + node * (u - begin))
+            _, _, dx, dy, _, _ = evaluator(begin + node * (u - begin))
             whole += weight * hypot(dx, dy)
         return lengths[i] + whole * (u - begin)
 
     def _around(self, i: int, x: float, y: float) -> tuple[int, float]:
-        """Piece and parameter of the place next to (x, y) m, searched around a sample."""
+        """Piece and parameter of the place nearest to (x, y), m, searched around a sample."""
         count = len(self._spans)
         if self._closed:
-            i %= count  # the last sample is the first one again
+            i %= count  # the last sample is the same as the first
         if i < count:
             piece, low, high = self._spans[i]
             if self._slope(piece, low, x, y) < 0:
@@ -153,7 +153,7 @@ class Closest:
         return foot(self.at[piece], x, y, near)
 
     def _settle(self, span: tuple[int, float, float], x: float, y: float) -> float:
-        """Zero of the slope within a span: by Newton, by halves where that goes astray."""
+        """Zero of the slope within a span, by Newton's method with bisection."""
         piece, low, high = span
         u, near = 0.5 * (low + high), UNIT_ROUNDING * (1 + abs(low) + abs(high))
         for _ in range(HALVINGS):
@@ -169,7 +169,7 @@ class Closest:
 
 
 def _span(curve: Curve, low: float, high: float) -> tuple[int, float, float]:
-    """Piece between two samples of a curve, and its own parameter there."""
+    """Piece between two samples of a curve, and its parameters at both."""
     number, _ = curve.locate(0.5 * (low + high))
     shift = curve.pieces[number].start - float(curve.breaks[number])
     return number, low + shift, high + shift
@@ -181,7 +181,8 @@ def _span(curve: Curve, low: float, high: float) -> tuple[int, float, float]:
 def evaluator(piece: Curve) -> Evaluator:
     """Return the function that evaluates a smooth piece at its own parameter.
 
-    One that has no formula here is asked by itself, which takes some ten times as long.
+    For a piece without a formula in this module its method is called, which takes ten times as
+    long.
     """
     if isinstance(piece, Arc):
         return _arc(piece)
@@ -193,9 +194,9 @@ def evaluator(piece: Curve) -> Evaluator:
 
 
 def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
-    """Place of a piece next to (x, y), also beyond its ends, where no search is needed for that.
+    """Place of a piece nearest to (x, y), also beyond its ends, if it needs no search; else None.
 
-    Of a circle it is on the piece, or else less than half a turn from the third argument.
+    On a circle it is on the piece, or else less than half a turn from the third argument.
     """
     if isinstance(piece, LineSegment):
         (x0, y0), (x1, y1) = piece.a, piece.b
@@ -214,15 +215,15 @@ def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
     return None
 
 
-def foot(at: Evaluator, x: float, y: float, u: float, steps: int = NEWTON_STEPS) -> float:
-    """Parameter of the place next to (x, y), by at most `steps` of Newton from `u`."""
+def foot(evaluator: Evaluator, x: float, y: float, u: float, steps: int = NEWTON_STEPS) -> float:
+    """Parameter of the place nearest to (x, y), by at most `steps` Newton steps from `u`."""
     for _ in range(steps):
-        px, py, dx, dy, ddx, ddy = at(u)
+        px, py, dx, dy, ddx, ddy = evaluator(u)
         rx, ry = px - x, py - y
         slope = rx * dx + ry * dy
         speed = dx * dx + dy * dy
         bend = speed + rx * ddx + ry * ddy
-        # Beyond the centre of curvature the foot is a maximum: fall back on the first-order step.
+        # Beyond the centre of curvature the foot is a maximum: make a first-order step instead.
         step = slope / (bend if bend > 0.1 * speed else speed)
         u -= step
         if step * step * speed < 1e-30:  # 1e-15 m
@@ -278,8 +279,8 @@ def _spline(spline: Spline) -> Evaluator:
     return at
 
 
-STRAIGHT = 1e-6  # curvature times size: less is a straight stretch
-FINER = 16  # than the samples of a curve: so the peaks of its curvature are seen to 4 digits
+STRAIGHT = 1e-6  # curvature times size: less counts as straight
+FINER = 16  # points per sample at which the curvature is evaluated: its peaks show to 4 digits
 
 
 class Farthest(Closest):
@@ -300,7 +301,7 @@ class Farthest(Closest):
         return -(dx * x + dy * y), -(ddx * x + ddy * y)
 
     def _foot(self, piece: int, x: float, y: float, near: float) -> float:
-        """By Newton's method; beyond its end a piece goes on as a conic, or as its last cubic."""
+        """Place by Newton's method; beyond its end a piece is a conic, or its last cubic."""
         u = near
         for _ in range(NEWTON_STEPS):
             slope, growth = self._fall(piece, u, x, y)
@@ -318,18 +319,18 @@ def finer(grid: FloatArray) -> FloatArray:
 
 
 def is_convex(curve: Curve) -> bool:
-    """Tell whether a curve is closed, and bends one way everywhere, with no straight stretch."""
+    """Tell whether a curve is closed and its curvature has one sign and is nowhere zero."""
     if not curve.closed:
         return False
     u = finer(np.unique(np.concatenate([curve.samples[0], curve.breaks])))[:-1]
     bends = curve.curvature(u) * curve.size
     one_way = bends.min() > STRAIGHT or bends.max() < -STRAIGHT
-    # What bends one way but turns twice crosses itself.
+    # A curve of one sense of curvature that turns twice crosses itself.
     ways = np.unwrap(np.arctan2(*curve.tangent(np.append(u, curve.end)).T[::-1]))
     return bool(one_way and abs(ways[-1] - ways[0]) < 3 * np.pi)
 
 
-MOST_SAMPLES = 500  # of a curve, between which a neck is looked for
+MOST_SAMPLES = 500  # samples of a curve for the search of a neck
 
 
 def reach(curve: Curve, side: float, radius: float) -> float:
@@ -342,8 +343,8 @@ def reach(curve: Curve, side: float, radius: float) -> float:
     u = curve.samples[0]
     last = -1 if curve.closed else None
     u = u[: last : 1 + len(u) // MOST_SAMPLES]
-    at, tangent = curve.point(u) @ [1, 1j], curve.tangent(u) @ [1, 1j]
-    between = at - at[:, None]
+    point, tangent = curve.point(u) @ [1, 1j], curve.tangent(u) @ [1, 1j]
+    between = point - point[:, None]
     seen = between * tangent.conj()[:, None]
     across = np.abs(seen.imag)
     if not curve.closed:  # beyond its ends there is no tangent

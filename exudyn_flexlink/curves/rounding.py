@@ -6,8 +6,8 @@ left or -1 right, touches both if its centre P + Y is R away from both:
 
     n . Y = s R + k w  of each piece,  w = (|Y|^2 - R^2)/2.
 
-Both give Y = a + w b, and that a quadratic equation for w. Its smaller root is the circle next to
-the corner. Between lines w does not count: they lose R tan(turn/2) each.
+Both conditions give Y = a + w b, and this a quadratic equation for w. Its smaller root is the
+circle next to the corner. Between two lines b is zero, and each loses R tan(turn/2).
 """
 
 from __future__ import annotations
@@ -124,12 +124,14 @@ def _met(before: Curve, after: Curve) -> _Corner:
 
 
 def _require_round(corner: _Corner, number: int) -> None:
-    at = show(np.array([corner.place.real, corner.place.imag]))
+    place = show(np.array([corner.place.real, corner.place.imag]))
     if pi - abs(corner.turn) <= DIRECTION_TOLERANCE:
-        raise CurveError(f"turns back at {at}: no arc rounds that", number)
+        raise CurveError(f"turns back at {place}: no arc rounds that", number)
     if not all(_is_round(piece) for piece in (corner.before, corner.after)):
         hint = "let the pieces meet without a kink"
-        message = f"the corner at {at} is not between lines and arcs of circles: no 'round' there"
+        message = (
+            f"the corner at {place} is not between lines and arcs of circles: no 'round' there"
+        )
         raise CurveError(message, number, hint)
 
 
@@ -139,7 +141,7 @@ def _is_round(piece: Curve) -> bool:
 
 
 def _largest(smooth: Sequence[Curve], corners: Mapping[int, _Corner], radius: float) -> float:
-    """Largest radius (m) that fits, below one that does not."""
+    """Largest radius (m) that fits, for a `radius` that is too large."""
     low, high = 0.0, radius
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
@@ -154,7 +156,7 @@ def _laid(
     radius: float,
     slack: float = NEGLIGIBLE,
 ) -> list[Curve] | None:
-    """Pieces and the arcs between them; None if these do not fit by a part `slack` of a piece."""
+    """Pieces and the arcs between them; None if a piece is too short by more than `slack` of it."""
     fillets = dict[int, _Fillet]()
     for i, corner in corners.items():
         fillet = _fillet(corner, radius)
@@ -184,7 +186,7 @@ def _fillet(corner: _Corner, radius: float) -> _Fillet | None:
     way = 1.0 if corner.turn > 0 else -1.0
     bends = [_bend(piece) for piece in (corner.before, corner.after)]
     if max(way * radius * bend for bend in bends) >= 1:
-        return None  # it is no smaller than the circle in which it lies
+        return None  # the arc is no smaller than the circle of a piece in which it would lie
     first, second = corner.ways
     across = (first.conjugate() * second).imag
     a = way * radius * (second - first) / across
@@ -213,9 +215,9 @@ class _Touch(NamedTuple):
 
 
 def _taken(piece: Curve, along: complex, place: complex, centre: complex, way: float) -> _Touch:
-    """Where the circle touches a piece that has a corner at `place`, and its tangent `along` there.
+    """Where a circle about `centre` touches a piece with a corner at `place` and a tangent `along`.
 
-    `way` is 1 if the piece begins there, -1 if it ends.
+    `way` is 1 if the piece begins at the corner, -1 if it ends there.
     """
     if not isinstance(piece, Arc):
         return _Touch(way * ((centre - place) * along.conjugate()).real, along)

@@ -30,7 +30,7 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.shipped import ENGINES, EXUDYN, THIS, version_of
 from exudyn_flexlink.source import KeyPath, dotted
 
-FIRST = 0.4  # of the progress of two runs: what the first one takes of it
+FIRST = 0.4  # of the progress of two runs: the part of the first run
 
 
 class NotRepresentableError(Sendable, ValueError):
@@ -52,14 +52,14 @@ def simulate(
 ) -> Result:
     """Simulate a scene once, or with `measure` twice: see `measured`.
 
-    One run is the `first` of two if `measured` is to make the second one.
+    A single run is the `first` of two if `measured` shall make the second one later.
 
-    A run that fails is a Result too: see ``Result.outcome``. So is one that is asked to end while
-    it is solved (see `interrupts`). A run whose own numbers are doubtful says so in its warnings.
+    A run that fails is a Result, too: see ``Result.outcome``. So is a run that is asked to end
+    while it is solved (see `interrupts`). Warnings say if numbers of the run are doubtful.
 
     Raises:
-        KeyboardInterrupt: that was asked before the first step.
-        LateInterruptError: that was asked after the solve; the result, which is whole, is in it.
+        KeyboardInterrupt: the run was asked to end before the first step.
+        LateInterruptError: it was asked to end after the solve; the error has the complete result.
         NotRepresentableError: the engine can't represent a part of the scene.
         SceneError: the scene can't be put together (never after `load_scene`).
         ValueError: there is no such engine.
@@ -70,13 +70,15 @@ def simulate(
     if progress is not None and result.outcome.reason != INTERRUPTED:
         try:
             progress(1.0)
-        except KeyboardInterrupt:  # the run is whole
+        except KeyboardInterrupt:  # the run is complete
             raise LateInterruptError(result) from None
     return result
 
 
 def linear_model(of: Scene | Result, at: float | None = None) -> LinearModel:
-    """Linearise a scene at its rest, drives held, or a run at its sample next to `at` (s), or last.
+    """Linearise a scene at its rest, with drives held, or a run at its sample next to `at` (s).
+
+    Without `at` the last sample of the run is taken.
 
     Raises:
         CannotContinueError: the run has no such instant.
@@ -102,7 +104,7 @@ def linear_model(of: Scene | Result, at: float | None = None) -> LinearModel:
 
 
 def _measured(scene: Scene, engine: str, progress: Progress | None) -> Result:
-    """Make a run and the second one."""
+    """Make a run, and the second run, which measures it."""
     first = progress and (lambda done: progress(FIRST * done))
     then = progress and (lambda done: progress(FIRST + (1 - FIRST) * done))
     with Beside(scene, engine) as beside:
@@ -122,14 +124,14 @@ def measured(
 ) -> Result:
     """Make a second, finer run, and return the more accurate of both, with its error.
 
-    See ``Result.error``. Warnings say from when on that may be more than the tolerance. A run that
-    stopped, or that was made with a given step, is left as it is. The second one that has begun
-    `beside` it is waited for. The coarser of both starts off by rounding (see `finer`) if the run
-    was made as the `first` of two; else the second one does.
+    See ``Result.error``. Warnings say from which instant on the error may exceed the tolerance. A
+    run that stopped, or that was made with a given step, is returned as it is. If the second run
+    has begun `beside` the first, it is waited for. The coarser run starts off by rounding (see
+    `finer`) if the given run was made as the `first` of two; else the second one does.
 
     Raises:
-        LateInterruptError: the user did not wait; what is known, with a run that is whole, is in
-            it.
+        LateInterruptError: the user did not wait; the error has the complete run, and what is known
+            of its error.
 
     """
     scene, engine = result.scene, result.engine
@@ -143,10 +145,10 @@ def measured(
 
 
 def second_run(scene: Scene, engine: str, progress: Progress | None = None) -> Result:
-    """Make the second run alone, as a process of its own does: see `interrupts`.
+    """Make the second run alone, in a process of its own: see `interrupts`.
 
     Raises:
-        LateInterruptError: the user asked for the end after the solve; the result is in it.
+        LateInterruptError: the user asked for the end after the solve; it has the result.
 
     """
     share = partner(scene, _loaded(engine)[0].order(scene))
@@ -173,8 +175,8 @@ def _run(
 ) -> Result:
     """Make one run, with a tolerance `share` times that of the scene, and diagnose it.
 
-    Other limits of steps are then such that they leave so much less of the error as well. With
-    `seed` it is off by what rounding may be.
+    The other limits of steps are scaled so that their part of the error changes by the same factor.
+    With `seed` the run starts off by rounding.
     """
     room, threads = _loaded(engine)
     limits = share ** (1 / room.order(scene)) if share != 1 else 1.0
@@ -183,7 +185,7 @@ def _run(
         made = room.run(retuned(part, share, limits), report, limits, seed=seed)
         return diagnosed(replace(made, scene=part))
 
-    # Matrices are small: numpy's threads would wait for one another most of the time.
+    # Matrices are small: numpy's threads would mostly wait for each other.
     with deferrable_interrupts() as ctrl_c, threads.limit(limits=1, user_api="blas"):
         result = through_stages(scene, of_stage, progress)
     versions = {package: version_of(package) for package in (THIS, *room.PACKAGES)}
@@ -196,7 +198,7 @@ def _run(
 
 @cache
 def _loaded(engine: str) -> tuple[ModuleType, ThreadpoolController]:
-    """Import an engine and, once for all runs, find the threads of what is then loaded."""
+    """Import an engine, and control the threads of the libraries that it has loaded."""
     if engine not in ENGINES:
         raise ValueError(f"no engine '{engine}'; there is: {', '.join(ENGINES)}")
     return import_module(ENGINES[engine].module), ThreadpoolController()

@@ -1,9 +1,9 @@
-"""Warnings and refusals of a run by its own numbers, whatever engine made it.
+"""Warnings and refusals of a run by its results, for all engines.
 
-They are of bounces of rigid contacts (when these are over, never end, or pass on to others), of
-strikes that few steps resolve, of much more work or fewer samples than the motion needs, of a
-clearance that needs more accuracy, of links outside their guides, and of what mechanics forbids:
-energy out of nothing, open joints.
+They are about bounces of rigid contacts (their end, or none, or impacts of several contacts),
+strikes that few steps resolve, more work or fewer samples than the motion needs, a clearance that
+needs more accuracy, links outside their guides, and violations of mechanics: a gain of energy, open
+joints.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ from exudyn_flexlink.result import INTERRUPTED, Intervals, Outcome, Result
 from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING, TINY
 from exudyn_flexlink.scene import ImpulseLaw, RevoluteJoint, SleeveJoint, SlotJoint
 
-REST_SPEED = 1e-6  # m/s: an approach slower than this is no impact any more
-LEAST_FLIGHT = 1e-9  # s: a bounce that would be over sooner is none either
-SUNK = 1e-2  # of the fastest approach of a contact: what slower ones do is no motion to be seen
-MOST_SUNK = 1000  # sunk impacts in a row: some seconds of work
-MOST_LEFT = 100_000  # that restitution may still need to end them: some minutes
+REST_SPEED = 1e-6  # m/s: a slower approach is no impact
+LEAST_FLIGHT = 1e-9  # s: a shorter bounce is no bounce
+SUNK = 1e-2  # of the fastest approach of a contact: motion by slower impacts is invisible
+MOST_SUNK = 1000  # such slow impacts in a row: some seconds of work
+MOST_LEFT = 100_000  # further impacts until restitution ends them: some minutes
 LOSE_SPEED = "a smaller restitution, which ends the bounces, or a law with stiffness"
 
 
@@ -55,14 +55,14 @@ class Bounces:
     name: str
     restitution: float
     fastest: float = 0.0
-    _sunk: int = 0  # impacts in a row far slower than that
-    _since: float = 0.0  # time of the first of them
+    _sunk: int = 0  # slow impacts in a row
+    _since: float = 0.0  # time (s) of the first of them
 
     def endless(self, time: float, approach_speed: float) -> str:
-        """Take an impact; say so if the contact has bounced on the spot for long, without an end.
+        """Count an impact; return a message if the contact bounces on the spot without an end.
 
-        The bounces of an elastic contact that is pressed get ever shorter but never end, since no
-        speed is lost; those of restitution e end after ``ln(v / REST_SPEED) / ln(1 / e)`` more.
+        The bounces of a pressed elastic contact get shorter but never end, since no speed is lost.
+        With a restitution e they end after ``ln(v / REST_SPEED) / ln(1 / e)`` more.
         """
         if approach_speed >= SUNK * self.fastest:
             self.fastest, self._sunk = max(self.fastest, approach_speed), 0
@@ -82,7 +82,7 @@ class Bounces:
 
 
 def passed_on(together: Sequence[tuple[float, Sequence[str]]], law: str) -> list[str]:
-    """Say that impacts went through several contacts, at instants (s), and how they are solved."""
+    """Warn of impacts in several contacts at the same time; `law` says how they are solved."""
     return [
         f"contacts {', '.join(map(repr, names))} took up one impact at {time:.4g} s, the first of "
         f"{len(together)} such: Newton's law of impact holds for {law}, and those that only touch "
@@ -95,8 +95,8 @@ def passed_on(together: Sequence[tuple[float, Sequence[str]]], law: str) -> list
 def is_over(approach_speed: float, restitution: float, gap_acceleration: float) -> bool:
     """Tell whether the next bounce is so small that the contact lasts instead.
 
-    `gap_acceleration` (m/s^2) is that without contact force: where it presses (negative), a bounce
-    takes ``2 e v_a/|g''|``, and an endless sequence of them only a finite time.
+    `gap_acceleration` (m/s^2) is that without contact force. If it closes the gap (negative), a
+    bounce takes ``2 e v_a/|g''|``, and an endless sequence of bounces takes a finite time.
     """
     if approach_speed < REST_SPEED:
         return True
@@ -105,15 +105,15 @@ def is_over(approach_speed: float, restitution: float, gap_acceleration: float) 
 
 
 ENOUGH_STEPS = 30  # in half a period of a contact: the restitution is right to 1 %
-# Of the overlap of point and face, or of the radius of what is round: what a deeper strike does
-# depends on how soft the contact is.
+# Of the overlap of point and face, or of the radius of a round face: the effect of a deeper strike
+# depends on the contact's stiffness.
 THIN = 0.25
 
 
 def shortened(given: float | None, touched: Iterable[tuple[float, float]]) -> Iterator[str]:
-    """Warn that contacts asked for steps shorter than the user's own (s), if there is one.
+    """Warn if contacts needed steps shorter than the user's (s), if given.
 
-    `touched` are half periods of contacts, and the steps (s) that they asked for.
+    `touched` are half periods of contacts, and the steps (s) that they need.
     """
     shorter = [touching for touching in touched if given is not None and touching[1] < given]
     for half_period, step in sorted(shorter, key=lambda touching: touching[1])[:1]:
@@ -124,7 +124,7 @@ def shortened(given: float | None, touched: Iterable[tuple[float, float]]) -> It
 
 
 def few_steps(result: Result) -> Iterator[str]:
-    """Say that contacts were resolved by few steps."""
+    """Warn of contacts resolved by few steps."""
     steps = result.checks.steps_per_contact
     touched = any(len(touches) for touches in result.intervals.values())
     if steps < ENOUGH_STEPS * (1 - 1e-9) and touched:
@@ -135,8 +135,8 @@ def few_steps(result: Result) -> Iterator[str]:
 
 
 def thin_overlaps(result: Result) -> Iterator[str]:
-    """Say of each contact where it sank deepest, against the overlap of its point and its face."""
-    # Circles overlap all around, and slides their stops.
+    """Warn of contacts whose penetration is large against the overlap of point and face."""
+    # Circles overlap all around; so do stops of slides.
     for face in build_mechanism(result.scene).contacts:
         if not isinstance(face, FaceContact) or face.name not in result.scene.contacts:
             continue
@@ -146,19 +146,19 @@ def thin_overlaps(result: Result) -> Iterator[str]:
                 overlap = max(min(x, length - x) for x in (touch.place, touch.end_place))
                 share = touch.penetration / max(overlap, TINY)
                 worst = max(worst, (share, touch.penetration, overlap, touch.begin))
-        share, depth, overlap, at = worst
+        share, depth, overlap, instant = worst
         if share > THIN:
             yield (
-                f"after t = {at:.6g} s the point of '{face.name}' sinks {depth:.2g} m "
+                f"after t = {instant:.6g} s the point of '{face.name}' sinks {depth:.2g} m "
                 f"into the face, {share:.2g} of the {overlap:.2g} m by which it overlaps the face: "
                 "how long it stays there depends on the contact's stiffness; raise it and compare"
             )
 
 
 def deep_strikes(result: Result) -> Iterator[str]:
-    """Say of each round contact when it was deepest, against the radius of what is round there.
+    """Warn of round contacts whose depth is large against the radius.
 
-    At that depth no direction is the nearest way out any more.
+    At such a depth the direction out of the contact is not unique.
     """
     for contact in build_mechanism(result.scene).contacts:
         if contact.name not in result.scene.contacts:  # a stop, a rope or a buffer has no radius
@@ -178,7 +178,7 @@ def deep_strikes(result: Result) -> Iterator[str]:
 
 
 def beside_faces(result: Result) -> Iterator[str]:
-    """Say which faces on curves were touched beside the two points that they are given by."""
+    """Warn of faces on curves that were touched beyond their two given points."""
     for contact in build_mechanism(result.scene).contacts:
         if isinstance(contact, FlatContact):
             history, width = result.contacts[contact.name], contact.width
@@ -192,9 +192,9 @@ def beside_faces(result: Result) -> Iterator[str]:
 
 
 def _round(contact: Contact, places: FloatArray) -> FloatArray:
-    """Radius (n,) of what is pressed from outside at places (n,) m, infinite of what is not round.
+    """Radius (n,) of a round face, pressed from outside at places (n,), m; else infinite.
 
-    Of a curve where it bends away from the point, with the radius of the roller.
+    For a curve that bends away from the point, the radius of the roller is added.
     """
     if isinstance(contact, CurveContact):
         curve = contact.curve
@@ -207,9 +207,9 @@ def _round(contact: Contact, places: FloatArray) -> FloatArray:
 
 
 def idle_contacts(result: Result) -> Iterator[str]:
-    """Say which contacts never acted: their points stayed behind the face that they began behind.
+    """Warn of contacts that never acted: their points started and stayed behind the face.
 
-    Those that come round an end need no warning: so do the slots and hollows of a Geneva wheel.
+    Points that come round an end need no warning, for example in the slots of a Geneva wheel.
     """
     if len(result.time):
         mechanism = build_mechanism(result.scene)
@@ -219,18 +219,18 @@ def idle_contacts(result: Result) -> Iterator[str]:
 
 
 def wound_springs(result: Result) -> Iterator[str]:
-    """Say which springs start wound by more than half a turn; a continued run may well be."""
+    """Warn of springs that start wound by more than half a turn, except in a continued run."""
     if len(result.time) and not result.scene.initial.states:
         yield from wound_at_start(assemble_scene(result.scene).mechanism, result.poses[0])
 
 
-MANY_ITERATIONS = 10  # of Newton's method a step: an accepted attempt takes 2 to 4
-FEW_SAMPLES = 100  # a turn: the chord between two is then 1/2000 of the radius off the circle
-TINY_STEP = 1e-10  # s: ten thousand million steps for a second of motion lead nowhere soon
+MANY_ITERATIONS = 10  # Newton iterations a step: an accepted attempt takes 2 to 4
+FEW_SAMPLES = 100  # a turn: a chord between two is then off the circle by 1/2000 of the radius
+TINY_STEP = 1e-10  # s: a second of motion would need 10^10 steps
 
 
 def many_iterations(result: Result) -> Iterator[str]:
-    """Say that most steps were not solved at first: they were made shorter, and are no error."""
+    """Warn that most steps were made shorter since they had no solution; this is no error."""
     checks = result.checks
     mean = checks.newton_iterations / max(checks.steps, 1)
     if mean > MANY_ITERATIONS:
@@ -242,9 +242,9 @@ def many_iterations(result: Result) -> Iterator[str]:
 
 
 def tiny_steps(result: Result) -> Iterator[str]:
-    """Name the contacts that asked for tiny steps when the user ended a run.
+    """Name the contacts that needed tiny steps when the user ended a run.
 
-    Contacts by impulse ask for none: they have no stiffness.
+    Contacts by impulse do not: they have no stiffness.
     """
     shortest = result.checks.smallest_step
     if result.outcome.reason != INTERRUPTED or shortest > TINY_STEP:
@@ -263,7 +263,7 @@ def tiny_steps(result: Result) -> Iterator[str]:
 
 
 def few_samples(result: Result) -> Iterator[str]:
-    """Say where samples are fewer than the motion asks for, or than turns that nobody foresaw."""
+    """Warn of fewer samples than the motion, or the number of turns, needs."""
     scene, mechanism = result.scene, build_mechanism(result.scene)
     if scene.run.sample is not None:
         return
@@ -279,14 +279,14 @@ def few_samples(result: Result) -> Iterator[str]:
         yield f"{apart}, which is {result.outcome.time / kept / made:.3g} a turn: {less}"
 
 
-HARDLY_USED = 1 / 300  # of a guide's length: in metres for millimetres a thousandth is usual
-RESOLVED = 0.1  # of the clearance: an error, or depth, that still lets the link touch where it does
+HARDLY_USED = 1 / 300  # of a guide's length: with metres in place of millimetres it is a thousandth
+RESOLVED = 0.1  # of the clearance: with a smaller error, or depth, touches are found
 BROKEN_WALL_ADVICE = "raise the stiffness of the sleeve's law, or run slower"
 COARSE_WALL_ADVICE = f"shorten the step; else {BROKEN_WALL_ADVICE}"
 
 
 def coarse_for_clearance(result: Result) -> Iterator[str]:
-    """Say that a tolerance is large beside a clearance: touches may be missed."""
+    """Warn if a tolerance is large against a clearance: touches may be missed."""
     asked = result.scene.accuracy.tolerance
     clearances = {name: gap for name, gap in _clearances(result).items() if gap > 0}
     if asked is None or not clearances:
@@ -301,7 +301,7 @@ def coarse_for_clearance(result: Result) -> Iterator[str]:
 
 
 def soft_walls(result: Result) -> Iterator[str]:
-    """Warn of walls and bearings into which something sinks deep beside its clearance."""
+    """Warn of walls and bearings with a penetration that is large against the clearance."""
     for name, clearance in _clearances(result).items():
         depth = deepest(result, name)
         if depth <= RESOLVED * clearance or clearance == 0:
@@ -325,7 +325,7 @@ def soft_walls(result: Result) -> Iterator[str]:
 
 
 def out_of_guides(result: Result) -> Iterator[str]:
-    """Say which links leave their guides, and which are inside a small part of them only."""
+    """Warn of links that leave their guides, or use only a small part of them."""
     for name, low, high in in_guides(result.scene, build_mechanism(result.scene), result.poses):
         away = np.maximum(low - 1, -high)
         if (out := away > NEGLIGIBLE).any():
@@ -340,7 +340,7 @@ def out_of_guides(result: Result) -> Iterator[str]:
 
 
 def out_of_slots(result: Result) -> Iterator[str]:
-    """Say which pins leave slots with play at open ends."""
+    """Warn of pins that leave slots with play at open ends."""
     for groove in build_mechanism(result.scene).grooves:
         wall = groove.contacts[0]
         place = approach(wall, result.poses, result.rates).place
@@ -354,12 +354,12 @@ def out_of_slots(result: Result) -> Iterator[str]:
 
 
 def broken_wall(channel: Channel) -> str:
-    """Why a run stopped."""
+    """Reason of a run that stopped."""
     return f"the link broke through a wall of '{channel.name}'"
 
 
 def _clearances(result: Result) -> dict[str, float]:
-    """Clearance (m) of every joint of the scene that may have one."""
+    """Clearance (m) of every joint of a kind that may have one."""
     joints = result.scene.joints.items()
     kinds = (SleeveJoint, RevoluteJoint, SlotJoint)
     return {name: joint.clearance for name, joint in joints if isinstance(joint, kinds)}
@@ -367,28 +367,28 @@ def _clearances(result: Result) -> dict[str, float]:
 
 ENERGY = 1e-2  # of the largest kinetic energy, missing in the balance
 GAIN = 1e-4  # of the largest kinetic energy, gained in one impact: more than rounding
-OPEN = 1e-8  # m or rad, residual of a joint: more than a converged iteration leaves
-GROSS = 0.1  # of all energy that moves: a run that misses more is no motion of the mechanism
-STORED = 1e-10  # of the energy stored: so little beside it is rounding, too, as of what is at rest
+OPEN = 1e-8  # m or rad: a converged iteration leaves a smaller residual of a joint
+GROSS = 0.1  # of all energy: a run that misses more is no motion of the mechanism
+STORED = 1e-10  # of the stored energy: a smaller energy is rounding, too
 
 
 def doubts(result: Result) -> list[str]:
-    """Say what is wrong with the numbers of a run, and would be less so with smaller steps."""
+    """Warnings of errors of a run that smaller steps would reduce."""
     return [*_energy(result), *_joints(result), *_gains(result)]
 
 
 def refusal(result: Result) -> Outcome | None:
-    """Return how a run ended whose energy balance is grossly wrong; None if it is not."""
+    """Return the outcome of a run with a grossly wrong energy balance, else None."""
     energy = result.energy
     moved = np.abs(energy.stored - energy.stored[0]) + energy.kinetic + np.abs(energy.dissipated)
     all_of_it = max(float(moved.max()), kinetic(result))
     if result.checks.energy_residual <= GROSS * all_of_it:
         return None
     off = np.abs(energy.residual)
-    at = result.time[int(np.argmax(off > min(GROSS * all_of_it, 0.5 * off.max())))]
+    instant = result.time[int(np.argmax(off > min(GROSS * all_of_it, 0.5 * off.max())))]
     return Outcome(
         False,
-        float(at),
+        float(instant),
         f"the energy balance misses {result.checks.energy_residual / all_of_it:.2g} of all energy",
         f"what follows is no motion of this mechanism; {_remedy(result)}, and look at it there",
     )
@@ -420,9 +420,9 @@ def _joints(result: Result) -> Iterator[str]:
 
 
 def _gains(result: Result) -> Iterator[str]:
-    """Strikes, and contacts with walls, that give more energy than they took.
+    """Warn of strikes, and contacts with walls, that return more energy than they take.
 
-    What still presses as the run ends is left out: what it stores is not given back yet.
+    Contacts that press at the end of the run are left out: they still store energy.
     """
     largest = kinetic(result)
     gaining = [
@@ -434,22 +434,22 @@ def _gains(result: Result) -> Iterator[str]:
     ]
     if not gaining:
         return
-    gain, at, name = max(gaining)
+    gain, instant, name = max(gaining)
     about = "an impact gives more energy than it takes"
     if len(gaining) > 1:
         about = f"{len(gaining)} impacts give more energy than they take"
     more = ", or raise 'solver.steps_per_contact'" if result.settings.steps_per_contact else ""
     yield (
-        f"{about}, that of '{name}' at {at:.6g} s {gain:.3g} J, {gain / largest:.2g} of the "
+        f"{about}, that of '{name}' at {instant:.6g} s {gain:.3g} J, {gain / largest:.2g} of the "
         f"largest kinetic energy: {_remedy(result)}{more}"
     )
 
 
 def _stays(touches: Intervals) -> Iterator[tuple[float, float]]:
-    """Energy lost (J) and end (s) of contacts, of which touches that overlap in time are one.
+    """Lost energy (J) and end (s) of touches; touches that overlap in time are merged.
 
-    As a link slides in its guide, one pair takes over what another has pressed in: the energy that
-    is stored there is lost in one and given in the other.
+    When a link slides in its guide, the force passes from pair to pair: stored energy is lost in
+    one pair and gained in the other.
     """
     if not len(touches):
         return
@@ -460,7 +460,7 @@ def _stays(touches: Intervals) -> Iterator[tuple[float, float]]:
 
 
 def diagnosed(result: Result) -> Result:
-    """Return a run with warnings of all that is doubtful; failed, where it is no motion at all."""
+    """Return a run with all its warnings; it has failed if it is no motion of the mechanism."""
     assembly = assemble_scene(result.scene)
     warnings = (
         *result.warnings,
@@ -488,7 +488,7 @@ def diagnosed(result: Result) -> Result:
 
 
 def unstable_start(result: Result) -> list[str]:
-    """Say that what starts at rest does not stay there."""
+    """Warn if the rest at which a run starts is unstable."""
     if not result.scene.initial.at_rest:
         return []
     rest = rest_of_scene(result.scene)

@@ -1,9 +1,9 @@
-"""A second, finer run tells how far the first is off, and is the result.
+"""A second, finer run tells how far the first one is off, and is the result.
 
 Nothing predicts how a motion multiplies errors; two runs show it, whatever the reason is. They
-can't show an error that both share: so the coarser one starts off by as much as rounding may be.
-Where flights are exact, both runs round alike, and find events equally late: their distance is zero
-while the truth goes away from both, tenfold from one round pin to the next.
+can't show an error that both share, so the coarser one starts off by rounding. Without that, where
+flights are exact, both runs round in the same way, and locate events equally late: their distance
+is zero, while both leave the truth, tenfold from one round pin to the next.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from exudyn_flexlink.result import INTERRUPTED, NOT_ASKED, MeasuredError, Result
 from exudyn_flexlink.rounding import UNIT_ROUNDING
 from exudyn_flexlink.scene import FEWEST_STEPS_PER_CONTACT, Accuracy, Scene
 
-SMALL = 1e-3  # of the largest length: what moves by less is no lever arm
-LATE = 1e-14  # s: about how exactly an event is located; what happens there happens a little later
+SMALL = 1e-3  # of the largest length: a shorter one is not a lever arm
+LATE = 1e-14  # s, about the error of an event's instant: events of the coarser run are later by it
 
 
 def seeded(
     assembly: Assembly, start: tuple[FloatArray, FloatArray], lengths: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Coordinates and speeds (n,) at time 0, off by rounding; signs and sizes differ.
+    """Coordinates and speeds (n,) at time 0, changed by rounding, with different signs and sizes.
 
-    A unit of each coordinate moves a point by `lengths` (n,) m. What rests still rests.
+    A unit of each coordinate moves a point by `lengths` (n,) m. A speed of zero stays zero.
     """
     q, v = start
     number = np.arange(len(q))
@@ -42,7 +42,7 @@ def seeded(
 
 
 # Tolerance of the finer run over that of the first. A method of order 2 would need three times as
-# many steps for a tenth of the error; half as long ones leave a quarter.
+# many steps for a tenth of the error; twice as many steps give a quarter of it.
 FINER, SECOND_ORDER = 0.1, 0.25
 STOPPED = "the run stopped before its end"
 GIVEN_STEPS = "with 'accuracy.step' one run is made; 'accuracy.tolerance' measures its error"
@@ -52,7 +52,7 @@ AT_ONCE = "the second run stopped as it began"
 
 
 def unmeasured(result: Result) -> MeasuredError:
-    """Return what is told of one run alone: `NOT_ASKED` where a second one may measure it."""
+    """Return a single run's error: not known, or `NOT_ASKED` if a second run may measure it."""
     if not result.outcome.completed:
         return MeasuredError(missing=STOPPED)
     given = result.scene.accuracy.tolerance is None
@@ -62,7 +62,7 @@ def unmeasured(result: Result) -> MeasuredError:
 def partner(scene: Scene, order: int) -> float:
     """Return the tolerance of the second run over that of the first, by a method of some order.
 
-    It is the coarser one where rounding leaves no room for a finer one.
+    The second run is the coarser one if rounding does not allow a finer one.
     """
     finer = SECOND_ORDER if order == 2 else FINER
     asked = scene.accuracy.tolerance or 0.0
@@ -86,8 +86,9 @@ def retuned(scene: Scene, share: float, limits: float) -> Scene:
 def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
     """Return the more accurate of a run and a second one, with the error that both tell.
 
-    `again` makes one with a tolerance so many times as large. Where that stops before its end, the
-    first one is measured up to there. A run that can't be measured is returned as it is.
+    `again` makes the second run, with a tolerance multiplied by its argument. If it stops before
+    its end, the first one is measured up to there. A run that can't be measured is returned as it
+    is.
 
     Raises:
         LateInterruptError: the user interrupted the second run; what is known is in it.
@@ -98,7 +99,7 @@ def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
     share, late = partner(result.scene, result.settings.integrator.order), False
     try:
         other = again(share)
-    except LateInterruptError as error:  # whole all the same
+    except LateInterruptError as error:  # the second run is complete
         other, late = error.result, True
     except KeyboardInterrupt as error:
         raise LateInterruptError(given_up(result)) from error
@@ -111,7 +112,7 @@ def measured_by(result: Result, again: Callable[[float], Result]) -> Result:
 
 
 def given_up(result: Result) -> Result:
-    """Return a run whose second one nobody waited for: nothing is known of its error."""
+    """Return a run without a known error, since the user did not wait for the second run."""
     return _with_error(result, MeasuredError(missing=GAVE_UP))
 
 
@@ -130,7 +131,7 @@ def _measured(first: Result, other: Result, share: float) -> Result:
 
 
 def _with_error(result: Result, error: MeasuredError) -> Result:
-    """Return a run with its error, and with warnings of what is too large, or not known."""
+    """Return a run with its error, and with warnings if it is too large or not known."""
     return replace(result, error=error, warnings=(*result.warnings, *_warnings(error)))
 
 

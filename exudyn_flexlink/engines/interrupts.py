@@ -1,11 +1,11 @@
-"""How any engine's run is made, interrupted and ended, and the second run in its own process.
+"""How a run of any engine is made, interrupted and ended, and the second run in its own process.
 
 The caller says when a run must end; nothing here handles signals. The command line uses Ctrl-C for
-that (`stopped_by`). Else a run is made `aside`: in a thread, while the main one waits. There Python
-raises KeyboardInterrupt, and never within a step.
+that (`stopped_by`). In Python a run is made `aside`: in a thread, while the main thread waits.
+Python raises KeyboardInterrupt only in the main thread, so never within a step.
 
-The second run of a scene is a process beside the first one. It is a command of this program, with
-files in and out: so it works from scripts and notebooks, too, and Ctrl-C reaches it only from here.
+The second run of a scene is a process beside the first one. It is a command of this program, which
+reads and writes files. So it works from scripts and notebooks, too, and gets Ctrl-C only from here.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from exudyn_flexlink.scene import Scene
 
 
 class LateInterruptError(Sendable, KeyboardInterrupt):
-    """The request came when a run was solved to its end, and only being put together: `result`."""
+    """The request to end came after a run was solved; its `result` is complete."""
 
     def __init__(self, result: Result) -> None:
         super().__init__()
@@ -51,10 +51,10 @@ class LateInterruptError(Sendable, KeyboardInterrupt):
 
 @dataclass(frozen=True)
 class Stopping:
-    """Means to end a run: both are entered by the run itself.
+    """Two contexts that let a request end a run; the run enters both.
 
-    Inside `interrupts` the request calls a function, which ends the solve after the step under way;
-    inside `deferrable_interrupts` and after that it is only taken note of: it is `pending`.
+    Inside `interrupts` the request calls a function, which ends the run after the present step.
+    Inside `deferrable_interrupts`, after the solve, the request only sets `pending`.
     """
 
     interrupts: Callable[[Callable[[], None]], AbstractContextManager[None]]
@@ -66,7 +66,7 @@ _stopping: ContextVar[Stopping | None] = ContextVar("stopping", default=None)
 
 @contextmanager
 def stopped_by(means: Stopping) -> Iterator[None]:
-    """Give means to end the runs that are made inside."""
+    """Let these means end the runs that are made inside."""
     token = _stopping.set(means)
     try:
         yield
@@ -75,13 +75,13 @@ def stopped_by(means: Stopping) -> Iterator[None]:
 
 
 def interrupts(end: Callable[[], None]) -> AbstractContextManager[None]:
-    """Let a request to end call `end`, where the caller gave means to ask."""
+    """Let a request to end call `end`, if the caller gave means for it."""
     means = _stopping.get()
     return nullcontext() if means is None else means.interrupts(end)
 
 
 def deferrable_interrupts() -> AbstractContextManager[Any]:
-    """Let a request to end be taken note of after the solve, where the caller gave means to ask."""
+    """Let a request to end after the solve set `pending`, if the caller gave means for it."""
     means = _stopping.get()
     return nullcontext(_Request()) if means is None else means.deferrable_interrupts()
 
@@ -89,7 +89,7 @@ def deferrable_interrupts() -> AbstractContextManager[Any]:
 # --- from Python ------------------------------------------------------------------------------
 
 
-LOOK = 0.1  # s: Windows tells a thread that waits of Ctrl-C only between two looks
+LOOK = 0.1  # s: on Windows a thread that waits gets Ctrl-C only between two waits of this length
 
 
 class _Request:
@@ -107,7 +107,7 @@ class _Request:
     @contextmanager
     def interrupts(self, end: Callable[[], None]) -> Iterator[None]:
         self._end = end
-        if self.pending:  # it came before the first step: there is nothing to keep
+        if self.pending:  # it came before the first step, so that there is no result
             raise KeyboardInterrupt
         try:
             yield
@@ -119,11 +119,11 @@ def aside(
     make: Callable[[Callable[[float], None] | None], Result],
     progress: Callable[[float], None] | None,
 ) -> Result:
-    """Make a run in a thread of its own, and call `progress` from this one, at the end with 1.
+    """Make a run in a new thread, and call `progress` from this one, at the end with 1.
 
-    Ctrl-C, and whatever else is raised here meanwhile, ends the run after the step under way; what
-    is no Ctrl-C is raised again. Where the caller gave other means, or in a thread, in which Python
-    raises no KeyboardInterrupt, the run is made as it is.
+    Ctrl-C, or any other exception in this thread, ends the run after the present step; exceptions
+    other than Ctrl-C are raised again. If the caller gave other means, or if this is not the main
+    thread, where Python raises no KeyboardInterrupt, the run is made in this thread.
     """
     if _stopping.get() is not None or current_thread() is not main_thread():
         return make(progress)
@@ -143,7 +143,7 @@ def aside(
         _follow(progress_queue, progress)
     except BaseException as error:
         request.ask()
-        _follow(progress_queue)  # one more Ctrl-C does not wait
+        _follow(progress_queue)  # a second Ctrl-C interrupts this wait
         if not isinstance(error, KeyboardInterrupt):
             raise
     return made.result()
@@ -152,7 +152,7 @@ def aside(
 def _follow(
     progress_queue: SimpleQueue[float | None], progress: Callable[[float], None] | None = None
 ) -> None:
-    """Hand on what a thread tells, until it ends and tells None."""
+    """Call `progress` with what a thread sends, until it sends None at its end."""
     while True:
         with suppress(Empty):
             done = progress_queue.get(timeout=LOOK)
@@ -163,7 +163,7 @@ def _follow(
 
 
 def radau(order: int) -> Integrator:
-    """Return what is told of the implicit method."""
+    """Return name and order of the implicit method."""
     return Integrator("Radau IIA", order)
 
 
@@ -197,10 +197,11 @@ def outcome_of(
     left: float | None,
     reasons: Sequence[tuple[str, str]],
 ) -> Outcome:
-    """Outcome of a run that came to `time` (s): failed, if turns are still to be made.
+    """Outcome of a run that ended at `time` (s).
 
-    `left` is the angle still to turn (rad); None where the end was known beforehand. It failed for
-    the first of `reasons` that is not empty; each has an advice.
+    The run failed if one of `reasons` is not empty; the first of these counts, with its advice. It
+    also failed if turns are still to be made: `left` is that angle (rad), None if the end of the
+    run was known beforehand.
     """
     for reason, advice in reasons:
         if reason:
@@ -228,7 +229,7 @@ def timed(
     solve: Callable[[Prepared], Complaint],
     finish: Callable[[Prepared, Complaint], Result],
 ) -> Result:
-    """Make a run, and take the time of its three parts."""
+    """Make a run, and measure the times of its three parts."""
     began = perf_counter()
     prepared = prepare()
     ready = perf_counter()
@@ -243,17 +244,17 @@ def timed(
 COMMAND = "exudyn_flexlink.cli.second"
 ASKED, DONE, MADE = "asked", "done", "made"
 """Files: scene and engine; part that is done; result, or an exception."""
-SURE = 1.0  # s: after which the length of a run is foreseen
-WORTH = 3.0  # s: of a run that takes longer; that process needs one to start
+SURE = 1.0  # s: after this time the length of the first run is estimated
+WORTH = 3.0  # s: a longer run gets a second process, which takes a second to start
 BETWEEN_LOOKS = 0.02  # s: between two looks at the process
 
 
 class Beside:
-    """The second run of a scene by an engine.
+    """The second run of a scene by an engine, in a process beside the first run.
 
-    It is begun as the first one, which `watch` follows, turns out to be long; as a context it ends
-    with what is inside. Where it never began `made` returns None, and so it does in processes that
-    others have started, who know better what to run at once, and on one core.
+    It begins when the first run, which `watch` follows, proves to be long; leaving the context ends
+    it. If it did not begin, `made` returns None. It never begins on a single core, nor in a process
+    that another one has started: that one decides what runs at the same time.
     """
 
     def __init__(self, scene: Scene, engine: str) -> None:
@@ -276,13 +277,15 @@ class Beside:
             rmtree(self._folder, ignore_errors=True)
 
     def watch(self, progress: Callable[[float], None] | None) -> Callable[[float], None]:
-        """Return what is to be called with the part of the first run that is done, 0 to 1."""
+        """Return a function to be called with the part of the first run that is done, 0 to 1."""
 
         def report(done: float) -> None:
             passed = time.monotonic() - self._began
             if self._possible and passed > max(SURE, WORTH * done):
                 self._possible = False
-                with suppress(OSError):  # no room for files or processes: one after the other
+                with suppress(
+                    OSError
+                ):  # no room for files or processes: the runs follow each other
                     self._start()
             if progress is not None:
                 progress(done)
@@ -290,10 +293,10 @@ class Beside:
         return report
 
     def made(self, progress: Callable[[float], None] | None) -> Result | None:
-        """Wait for the run; None if it never began, or its process came to no end.
+        """Wait for the run; None if it never began, or if its process failed.
 
         Raises:
-            LateInterruptError: the user ended it late; the result, which is whole, is in it.
+            LateInterruptError: the user ended it after the solve; it has the complete result.
             MemoryError: there was not enough memory for it.
 
         """
@@ -328,13 +331,13 @@ class Beside:
         )  # fmt: skip
 
     def _interrupt(self) -> None:
-        """End the run after the step that is under way."""
+        """End the run after the present step."""
         if self._process is not None:
             self._process.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
 
 
 def _number(file: Path) -> float:
-    """Part of the run that is done; 0 where that is just being written."""
+    """Part of the run that is done; 0 while the file is being written."""
     try:
         return float(file.read_text())
     except (OSError, ValueError):

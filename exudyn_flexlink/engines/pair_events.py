@@ -3,14 +3,14 @@
 A contact with a face presses where its event function is negative, the largest of its gap, of how
 far its point is from the face's start, backwards, and of how far beyond its end. Within a step the
 motion of one part against the other is the polynomial through its places and rates at the step's
-nodes. An event is located there, and the step made again to end at it; little is left of the event
-function then (see `little`), and its rate tells on which side of the event the contact is.
+nodes. An event is located there, and the step made again to end at it. There the event function is
+zero but for its `event_error`, and its rate tells on which side of the event the contact is.
 
 No touch is stepped over, however short it is against the step. A gap is a distance: it changes by
 no more than the way of one part against the other. The sum of the sizes of Chebyshev's coefficients
-is a bound of that way, and of how fast its rate changes. So of most parts of a step it is sure that
-nothing happens in them. The others are halved, the first half first, until it is sure of them, or
-one look decides.
+is a bound of that way, and of how fast its rate changes. These bounds show that in most parts of a
+step nothing happens. The others are halved, the first half first, until a bound shows it of them,
+too, or the value at the end of a part decides.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SHORTEST = 1 / 64  # of the step: a part so short is searched by the zeros of th
 LEAST_PART = 2.0**-20  # of the step: no part is shorter, however sharp a corner is
 
 
-class Turning(Protocol):
+class EndsByTurns(Protocol):
     """A problem whose run ends as so many turns are made."""
 
     reached: bool
@@ -49,7 +49,7 @@ class Turning(Protocol):
 class TurnsGuard(Guard):
     """The turns that end the run are made."""
 
-    problem: Turning
+    problem: EndsByTurns
 
     def cross(self, time: float) -> None:  # noqa: ARG002
         """End the run."""
@@ -69,24 +69,25 @@ def event_functions(seen: Seen, lengths: FloatArray) -> tuple[FloatArray, FloatA
 def changed(
     now: Seen, lengths: FloatArray, pressing: BoolArray, time: float, contact: int | None
 ) -> BoolArray:
-    """Tell which contacts (c,) begin or cease to press now (s), or did so unseen.
+    """Tell which contacts (c,) begin or cease to press now (s), or already did within the step.
 
     At an event of this `contact` its event function is zero but for rounding, and about to change
-    its sign. If not, it only came near, and crossed zero in a step's polynomial.
+    its sign. If it does not, the contact only came near: zero was crossed by a step's polynomial,
+    not by the motion.
     """
     value, rate = event_functions(now, lengths)
     way = np.where(pressing, -1.0, 1.0)
     value, rate = way * value, way * rate
     crosses = (value < -PLACE_ROUNDING) | ((value < 0) & (rate < 0))
     if contact is not None:
-        crosses[contact] |= value[contact] < little(rate[contact], time) and rate[contact] < 0
+        crosses[contact] |= value[contact] < event_error(rate[contact], time) and rate[contact] < 0
     return np.asarray(crosses)
 
 
 def late_by(end: Seen, lengths: FloatArray, k: int, time: float) -> float:
-    """How long (s) before an end at this time contact k's event was; negative: after. 0: there."""
+    """How long (s) before a step's end at `time` contact k's event was; negative: after."""
     value, rate = event_functions(end, lengths)
-    if abs(value[k]) < little(rate[k], time) or rate[k] == 0:
+    if abs(value[k]) < event_error(rate[k], time) or rate[k] == 0:
         return 0.0
     return float(value[k] / rate[k])
 
@@ -135,18 +136,18 @@ def first_of(
     return min(crossings, default=None)
 
 
-def little(rate: float, time: float) -> float:
-    """What (m) an event function of this rate (m/s) that is zero now (s) may be off by."""
+def event_error(rate: float, time: float) -> float:
+    """Error (m) of an event function that is zero now (s) and has this rate (m/s)."""
     return PLACE_ROUNDING + abs(rate) * instant(time, EVENT_TIME)
 
 
 def first_part(search: _OfFace | Flight | RopeFlight) -> float | None:
-    """Part of the step after which something happens first; None if nothing does.
+    """Part of the step after which the search's value first falls below zero; None if it does not.
 
-    A search is `sure` of a part that nothing happens in it (True), or that one look at its end
-    tells (False), or does not know.
+    Of any part of the step, `search.sure` is True if the value surely stays above zero, False if
+    the value at the end of the part tells, and None if the part has to be halved.
     """
-    left, since = [(0.0, 1.0)], 0.0  # since when the value is zero, but for rounding
+    left, since = [(0.0, 1.0)], 0.0  # the value is zero since then, but for rounding
     while left:
         begin, end = left.pop()
         sure = search.sure(begin, end)
@@ -168,10 +169,10 @@ def first_part(search: _OfFace | Flight | RopeFlight) -> float | None:
 
 
 class _OfFace:
-    """Search of a contact with a face: by its gap, and how far it is beyond both ends of the face.
+    """Search of a contact with a face, by its gap and by how far it is beyond each end of the face.
 
-    Its value is positive until something happens. It presses as long as all three are below zero,
-    and is apart as long as one is above.
+    The contact presses as long as all three lengths are below zero, and is apart as long as any of
+    them is above. The search's value is positive until that changes.
     """
 
     shortest = SHORTEST
@@ -186,27 +187,27 @@ class _OfFace:
         self._bends = np.abs(StepPolynomial.derivative(rates)).sum(axis=1).tolist()
         self._pressing = way < 0
 
-    def _all_at(self, part: float) -> list[tuple[float, float]]:
-        """All three and their rates."""
+    def _lengths(self, part: float) -> list[tuple[float, float]]:
+        """All three lengths after a part of the step, and their rates."""
         pairs = zip(self._values, self._rates, strict=True)
         return [(chebyshev_sum(value, part), chebyshev_sum(rate, part)) for value, rate in pairs]
 
-    def _at(self, part: float) -> tuple[float, float]:
-        """The one that counts, and its rate."""
-        return min(self._all_at(part)) if self._pressing else max(self._all_at(part))
+    def _deciding(self, part: float) -> tuple[float, float]:
+        """The length that decides whether the contact presses, and its rate."""
+        return min(self._lengths(part)) if self._pressing else max(self._lengths(part))
 
     def value(self, part: float) -> float:
-        """Its value (m) and `PLACE_ROUNDING`: an event may leave it so little below zero."""
-        return self._at(part)[0] + PLACE_ROUNDING
+        """The length that decides (m), plus the error of an event's instant, `PLACE_ROUNDING`."""
+        return self._deciding(part)[0] + PLACE_ROUNDING
 
     def rate(self, part: float) -> float:
-        """Its slope (m per step), which changes its sign where gap and end of the face swap."""
-        return self._at(part)[1]
+        """Slope (m per step) of the value; it jumps where another of the lengths decides."""
+        return self._deciding(part)[1]
 
     def sure(self, begin: float, end: float) -> bool | None:
-        """Whether surely nothing happens: by one of them, or, where it presses, by all three."""
+        """True if the contact surely stays apart, by one length, or pressed, by all three."""
         h = end - begin
-        columns = zip(self._all_at(begin), self._all_at(end), self._bends, strict=True)
+        columns = zip(self._lengths(begin), self._lengths(end), self._bends, strict=True)
         sure = []
         for before, after, bend in columns:
             far = min(before[0], after[0]) > h * h * bend / 8
@@ -218,13 +219,13 @@ class _OfFace:
 Path = tuple[ComplexArray, ComplexArray]
 """Places (..., n) at the nodes of a step, m, and their rates, m per step."""
 RopePaths = tuple[Path, tuple[FloatArray, FloatArray]]
-"""Paths (pieces, n) of the pieces of a rope, and its length without force."""
+"""Paths (pieces, n) of the pieces of a rope; its free length (n,), m, and the rate, m per step."""
 
 
 class Flight:
-    """Search of a contact that is apart, by how its first part moves in the second one's axes.
+    """Search of a contact that is apart, by how its first part moves in the axes of the second.
 
-    Its value is positive until something happens.
+    The value is the gap: positive until the contact closes.
     """
 
     def __init__(
@@ -234,10 +235,10 @@ class Flight:
         path: Path,
         way: float,
     ) -> None:
-        """Take what tells how near the first part is, by its place and its rate, and `feature`.
+        """Take a function `glance` that returns the gap for a place and its rate, and a `path`.
 
-        That is the smallest radius (m) of what the place can't cross. The `path` are places (n,) at
-        a step's nodes, m, and rates, m per step; `way` is -1 behind a face.
+        `feature` is the smallest radius (m) of a shape that the place can't cross. The `path` has
+        places (n,) at a step's nodes, m, and rates, m per step; `way` is -1 behind a face, else 1.
         """
         nodes = path[0][None], path[1][None]
         polynomial = collocation(len(path[0]) - 1).polynomial
@@ -245,38 +246,39 @@ class Flight:
         self._place, self._rate = place.tolist(), rate.tolist()
         self._bend = float(np.abs(bend).sum())
         self._glance, self._radius, self._way = glance, 0.5 * feature, way
-        # Only where the way is short beside what is round there is one nearest place at most.
+        # A single place is nearest only where the way is short against the radius of what is round.
         speed = float(np.abs(rate).sum())
         self.shortest = SHORTEST
         if 0 < self._radius < SHORTEST * speed:
             self.shortest = max(self._radius / speed, LEAST_PART)
-        # At the ends nothing is lost by rounding: how it parts from what it just touched counts.
+        # At the ends of the step the nodes are exact: right after a touch the polynomial's rounding
+        # would hide whether the contact opens.
         places, rates = (nodes[[0, -1]].tolist() for nodes in path)
         ends = zip((0.0, 1.0), places, rates, strict=True)
-        self._seen = {part: self._glimpse(*at) for part, *at in ends}
+        self._seen = {part: self._glimpse(place, rate) for part, place, rate in ends}
 
     def _glimpse(self, place: complex, rate: complex) -> Glimpse:
         seen = self._glance(place, rate)
         return seen._replace(gap=self._way * seen.gap, gap_rate=self._way * seen.gap_rate)
 
-    def _at(self, part: float) -> Glimpse:
+    def _look(self, part: float) -> Glimpse:
         if part not in self._seen:
-            at = chebyshev_sum(self._place, part), chebyshev_sum(self._rate, part)
-            self._seen[part] = self._glimpse(*at)
+            place, rate = chebyshev_sum(self._place, part), chebyshev_sum(self._rate, part)
+            self._seen[part] = self._glimpse(place, rate)
         return self._seen[part]
 
     def value(self, part: float) -> float:
-        """Its gap (m), or that to the back of its face."""
-        return self._at(part).gap
+        """Gap (m) after a part of the step; behind a face that to its back."""
+        return self._look(part).gap
 
     def rate(self, part: float) -> float:
-        """Its slope (m per step)."""
-        return self._at(part).gap_rate
+        """Slope of the gap (m per step)."""
+        return self._look(part).gap_rate
 
     def sure(self, begin: float, end: float) -> bool | None:
-        """Whether surely nothing happens: the way is short, or so straight that the ends tell."""
+        """See `first_part`: sure where the way is short, or so straight that both ends tell."""
         h = end - begin
-        before, after = self._at(begin), self._at(end)
+        before, after = self._look(begin), self._look(end)
         speed = abs(chebyshev_sum(self._rate, 0.5 * (begin + end)))
         faster = h * self._bend / 4
         way = h * (speed + faster)
@@ -284,7 +286,7 @@ class Flight:
             return True
         if way > self._radius:
             return None
-        # Here all is nearer than `way`: no distance bends more than on a circle of that radius.
+        # No distance bends more than on a circle with the smallest radius that can't be crossed.
         fastest = speed + h * self._bend / 2
         turn = h * (self._bend + fastest**2 / self._radius)
         return _sure_by_ends(before, after, h, turn)
@@ -293,7 +295,7 @@ class Flight:
 def _sure_by_ends(
     before: Glimpse | _Rope, after: Glimpse | _Rope, h: float, turn: float
 ) -> bool | None:
-    """As `Flight.sure`, by gaps at both ends of a part h whose rate changes by `turn` at most."""
+    """As `Flight.sure`, by gaps at both ends of a part h; their rate changes by `turn` at most."""
     sag = h * turn / 8
     if min(before.gap, after.gap) > sag or (
         before.gap > -PLACE_ROUNDING and before.gap_rate > turn
@@ -303,7 +305,10 @@ def _sure_by_ends(
 
 
 class _Rope(NamedTuple):
-    """A slack rope: lengths (m) of its pieces, how slack it is (m), and the rate of that."""
+    """A slack rope: lengths (m) of its pieces, its gap (m), and the rate of the gap (m per step).
+
+    The gap of a rope is its free length less the lengths of its pieces.
+    """
 
     lengths: FloatArray
     gap: float
@@ -311,15 +316,15 @@ class _Rope(NamedTuple):
 
 
 class RopeFlight:
-    """Search of a slack rope over points, by how its pieces move; its value is how slack it is.
+    """Search of a slack rope over points, by how its pieces move; the value is the rope's gap.
 
-    That changes by no more than the ways of all its pieces together, and of its own length.
+    The gap changes by no more than the ways of all pieces together, and that of the free length.
     """
 
     shortest = LEAST_PART
 
     def __init__(self, pieces: Path, length: tuple[FloatArray, FloatArray]) -> None:
-        """Take the paths of its pieces, and its length (n,) and the rate of that, m per step."""
+        """Take the paths of the pieces; the free length (n,), m, and its rate, m per step."""
         places, rates = (
             np.asarray(np.vstack(both), dtype=np.complex128)
             for both in zip(pieces, length, strict=True)
@@ -333,7 +338,7 @@ class RopeFlight:
             1.0: _rope(places[:, -1], rates[:, -1]),
         }
 
-    def _at(self, part: float) -> _Rope:
+    def _look(self, part: float) -> _Rope:
         if part not in self._seen:
             rows = [(chebyshev_sum(z, part), chebyshev_sum(rate, part)) for z, rate in self._rows]
             places, rates = np.array(rows).T
@@ -341,22 +346,23 @@ class RopeFlight:
         return self._seen[part]
 
     def value(self, part: float) -> float:
-        """How slack it is (m)."""
-        return self._at(part).gap
+        """Gap (m) after a part of the step."""
+        return self._look(part).gap
 
     def rate(self, part: float) -> float:
-        """Slope of that (m per step)."""
-        return self._at(part).gap_rate
+        """Slope of the gap (m per step)."""
+        return self._look(part).gap_rate
 
     def sure(self, begin: float, end: float) -> bool | None:
-        """Whether surely nothing happens: see `Flight.sure`."""
-        h, before, after = end - begin, self._at(begin), self._at(end)
+        """See `first_part`, and `Flight.sure`."""
+        h, before, after = end - begin, self._look(begin), self._look(end)
         middle = 0.5 * (begin + end)
         speeds = np.abs([chebyshev_sum(rate, middle) for _, rate in self._rows])
         ways = h * (speeds + h * self._bends / 4)
         if before.gap + after.gap > ways.sum():
             return True
-        # No piece is shorter within; its length bends no more than on a circle of that radius.
+        # Within the part no piece is shorter than `least`: its length bends no more than on a
+        # circle of that radius.
         least = 0.5 * (before.lengths + after.lengths - ways[:-1])
         if least.min() <= 0:
             return None
@@ -366,7 +372,7 @@ class RopeFlight:
 
 
 def _rope(places: ComplexArray, rates: ComplexArray) -> _Rope:
-    """A rope by its pieces, and last the length that it has without force."""
+    """A rope by the places and rates of its pieces; the last entry is the free length."""
     lengths = np.abs(places[:-1])
     growing = (places[:-1].conj() * rates[:-1]).real / np.maximum(lengths, TINY)
     gap, gap_rate = places[-1].real - lengths.sum(), rates[-1].real - growing.sum()

@@ -1,10 +1,11 @@
 """The recorder of every run that controls its error: samples, touches, energies and checks.
 
-A step is known at its nodes, its start and its stages or its end, and at the samples within it.
-Energies dissipated and supplied, impulses and works of contacts are integrals of the polynomials
-through the nodes, as accurate as the motion. An engine lets steps wait until they are many, or
-until an event changes the equations; then it evaluates all their instants, and the rates of the
-totals. Histories make a Result of the record, alike for every engine, and without mechanics.
+A step is evaluated at its nodes (its start, and its stages or its end) and at the samples within
+it. Energies dissipated and supplied, impulses and works of contacts are integrals of the
+polynomials through the nodes, as accurate as the motion. An engine lets steps wait until they are
+many, or until an event changes the equations; then it evaluates all their instants, and the rates
+of the totals. `Histories` makes a Result of the record. It is the same for every engine, and has no
+mechanics.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ from exudyn_flexlink.scene import Scene
 
 
 class Counted(Protocol):
-    """Steps that were made: how many, the shortest and the longest (s), iterations in them."""
+    """Number of steps that were made, their shortest and longest length (s), and iterations."""
 
     steps: int
     smallest: float
@@ -90,11 +91,11 @@ class Histories:
         steps_per_contact: float = inf,
         **more: Any,
     ) -> Result:
-        """Return the Result, but for versions and timings; `more` are fields that an engine knows.
+        """Return the Result without versions and timings; `more` are fields from the engine.
 
-        Among them are `slot_forces`, of slots without play.
-        `gears` are multipliers (samples,) by name, `frictions` (samples, joints) whether a joint
-        rests and its torque. A lap that begins as the run ends is none.
+        Among these are `slot_forces` of slots without play. `gears` are multipliers (samples,) by
+        name; `frictions` (samples, joints) tell whether a joint rests, and its torque. A lap that
+        begins as the run ends does not count.
         """
         poses, rates, mechanism, recorder = self.poses, self.rates, self.mechanism, self.recorder
         energies = recorder.energies(self.kept, poses, rates)
@@ -128,7 +129,7 @@ class Histories:
         )
 
     def _checks(self, steps_per_contact: float) -> Checks:
-        """Checks of a run; what stops and ropes do is a stretch, or an angle, no penetration."""
+        """Checks of a run; the depth of a stop or rope is an angle or a stretch, no penetration."""
         recorder, made = self.recorder, self.made
         others = {*self.scene.stops, *self.scene.ropes}
         counted = [contact.name not in others for contact in recorder.contacts]
@@ -155,11 +156,11 @@ class Histories:
         return histories
 
     def _touches(self, first: int, last: int) -> Intervals:
-        """Touches of the contacts from `first` to before `last`, as pairs of one."""
+        """Touches of the contacts from `first` to before `last`, as pairs of one contact."""
         return self.recorder.intervals(first, self.places[first:last])
 
     def _sleeves(self) -> dict[str, SleeveHistory]:
-        """Of the channels, by the names of their joints, then of slots with play."""
+        """Histories of channels, then of slots with play, by the names of their joints."""
         histories, first = {}, len(self.mechanism.touching)
         for channel in self.mechanism.channels:
             histories[channel.name] = self._of_walls(channel, first)
@@ -169,7 +170,7 @@ class Histories:
         return histories
 
     def _of_walls(self, joint: Channel | Groove, first: int) -> SleeveHistory:
-        """Of the walls of a joint, whose numbers begin at `first`."""
+        """History of the walls of a joint; the first wall is contact number `first`."""
         names = tuple(contact.name for contact in joint.contacts)
         last = first + len(names)
         deepest = float(self.recorder.seeker.deepest[first:last].max())
@@ -196,7 +197,7 @@ class Histories:
         return forces
 
     def _frictions(self, *columns: FloatArray) -> dict[str, FrictionHistory]:
-        """Of joints with friction, by name; where one begins or ends to rest is a sample."""
+        """Histories of joints with friction, by name; rests begin and end at samples."""
         time, histories = self.kept.t, {}
         for k, friction in enumerate(self.mechanism.frictions):
             resting, torque, lost = (column[:, k] for column in (*columns, self.kept.totals[:, 2:]))
@@ -209,27 +210,27 @@ class Histories:
 
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:
-    """Force (instants, 2), N, on the first part where it presses by `press` (instants,), N."""
-    at = approach(contact, q, v)
-    push = press[:, None] * at.normal
+    """Force (instants, 2), N, of a contact on its first part; `press` (instants,), N, is normal."""
+    look = approach(contact, q, v)
+    push = press[:, None] * look.normal
     if contact.friction is not None:
-        push = push + (at.grip * contact.friction.force(press, at.slip))[:, None] * at.along
+        push = push + (look.grip * contact.friction.force(press, look.slip))[:, None] * look.along
     return np.asarray(push)
 
 
-AT_ONCE = 32  # steps that wait: more take memory, and little less time
-BLOCK = 512  # steps, or instants in steps that wait, that are looked through together
+AT_ONCE = 32  # steps that wait: more need more memory and save little time
+BLOCK = 512  # steps, or instants in steps that wait, that are searched together
 
 
 @dataclass(frozen=True)
 class Totals:
-    """What a run has summed up, or the rates of that: views of one array (..., n), by name."""
+    """Sums over a run, or their rates: views of one array (..., n), by name."""
 
     all: FloatArray
     contacts: int
 
     def of(self, totals: FloatArray) -> Totals:
-        """Return the same of other totals (..., n)."""
+        """Return views of another array (..., n)."""
         return Totals(totals, self.contacts)
 
     @property
@@ -249,7 +250,7 @@ class Totals:
 
     @property
     def losses(self) -> FloatArray:
-        """Energy that contacts take (..., c), J; what they store counts until they end."""
+        """Energy that contacts take (..., c), J, with what they store until their touches end."""
         return np.asarray(self.all[..., 2 + self.contacts : 2 + 2 * self.contacts])
 
     @property
@@ -259,7 +260,7 @@ class Totals:
 
 
 class Kept(NamedTuple):
-    """Instants (m,), s, that are kept, and what is known there.
+    """Rows of the record: instants (m,), s, and values at them.
 
     `places` (m, slots) are those on the whole curves, `press` (m, c) the contacts' forces (N),
     `pressed` (m, c) tells which of them press. `totals` (m, 2 + joints) are the energies lost, in
@@ -283,8 +284,9 @@ class Kept(NamedTuple):
 class Steps(NamedTuple):
     """Steps in a row, of lengths `h` (k,), s; contacts press through all of a step, or not at all.
 
-    `nodes` (k, n) are the numbers of their nodes among the instants that are known,
-    `samples` (n,) those of the samples, in order, and `of` (n,) the steps that these are in.
+    `nodes` (k, n) and `samples` (n,) are numbers of rows of the record: those of the steps' nodes,
+    and those of the samples, in order. `of` (n,) are the numbers of the steps that have the
+    samples.
     """
 
     t: FloatArray
@@ -297,18 +299,18 @@ class Steps(NamedTuple):
 class BlockRecorder(ABC):
     """Takes every step; keeps samples at `grid` (s, increasing), at events and in contacts.
 
-    Contacts are those that `seeker` looks at. While one of the scene's presses, the ends of steps
-    are kept, or every few of them: even samples miss the peaks of its force.
+    The contacts are those of `seeker`. While a contact of the scene presses, the ends of steps are
+    kept as samples, too, or every few of them: an even grid misses the peaks of its force.
     """
 
-    ends_kept = 1  # of so many ends of steps in contacts, one
+    ends_kept = 1  # every so many ends of steps in contacts one is kept
 
     def __init__(
         self, mechanism: Mechanism, grid: FloatArray, seeker: ExtremeSeeker, touches: Touches
     ) -> None:
         self.mechanism, self.grid, self.seeker = mechanism, grid, seeker
         self.touches, self._marked = touches, len(mechanism.contacts)
-        # Of the polynomial through a step's nodes, as places and speeds have it.
+        # From values at a step's nodes to coefficients of the polynomial through them.
         self._powers = np.linalg.inv(seeker.nodes[:, None] ** np.arange(len(seeker.nodes)))
         self.contacts, self.meter = seeker.contacts, EnergyMeter(mechanism)
         self.energy_residual = self.largest_kinetic_energy = self.constraint_error = 0.0
@@ -316,26 +318,26 @@ class BlockRecorder(ABC):
         self._reached = self._totals()
         self._next = 1  # sample
         self._kept: list[Kept] = []
-        self._last: Kept  # where the last step ended, as it was before an event there
+        self._last: Kept  # the end of the last step, before any event there
         self._ends: list[Kept] = []  # of the block
         self._steps: list[tuple[NDArray[Any], ...]] = []
         self._counted = 0
         self._start_energy: float | None = None
 
-    # --- what an engine says ------------------------------------------------------------------
+    # --- what an engine provides --------------------------------------------------------------
 
     @abstractmethod
-    def work_off(self) -> None:
-        """Work off the steps that wait, see `_book`."""
+    def record_waiting(self) -> None:
+        """Record the steps that wait, see `_book`."""
 
     @abstractmethod
-    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
+    def motion(self, rows: Kept) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (m, parts, 3) at instants that are kept."""
 
     # --- samples ------------------------------------------------------------------------------
 
     def _until(self, end: float) -> int:
-        """Return how many samples there are up to an instant (s), that one too."""
+        """Return the number of samples up to an instant (s), included."""
         return int(np.searchsorted(self.grid, end * (1 + 1e-14), side="right"))
 
     def _due(self, end: float) -> FloatArray:
@@ -348,7 +350,7 @@ class BlockRecorder(ABC):
     def _start(self, known: Kept) -> None:
         """Keep the state (1,) at time 0.
 
-        What contacts store there counts as lost until they end.
+        Energy that contacts store then counts as lost until their touches end.
         """
         q = self.motion(known)[0][0]
         for k in pressed_among(self.contacts, q):
@@ -358,18 +360,18 @@ class BlockRecorder(ABC):
         self._ends.append(self._last)
 
     def _stored(self, k: int, q: FloatArray) -> float:
-        """Energy (J) that contact k stores, at poses (parts, 3); none by an impulse law."""
+        """Energy (J) that contact k stores at poses (parts, 3); 0 by an impulse law."""
         contact = self.contacts[k]
         return float(contact.law.stored_energy(-approach(contact, q, np.zeros_like(q)).gap))
 
     def _keep_now(self, known: Kept) -> None:
-        """Keep a state (1,) as it is now, after what happened there."""
+        """Keep the present state (1,), after an event."""
         known.totals[:] = self._energies(self._reached.all[None])
         self._last = known
         self._keep(known)
 
     def _keep(self, kept: Kept) -> None:
-        """Keep instants, in place of what is kept already at the first of them."""
+        """Keep instants; they replace a row that is kept at the first of them."""
         if self._kept and self._kept[-1].t[-1] >= kept.t[0]:
             self._drop_last()
         self._kept.append(kept)
@@ -380,8 +382,8 @@ class BlockRecorder(ABC):
             self._kept.append(last.pick(slice(-1)))
 
     def keep_last(self, *, before: bool = False) -> None:
-        """Keep the end of the last step; `before` an event there, by the least time there is."""
-        self.work_off()
+        """Keep the end of the last step; if `before` an event, one rounding of time before it."""
+        self.record_waiting()
         last = self._last
         if self._kept[-1].t[-1] < last.t[0]:
             self._kept.append(last)
@@ -392,17 +394,17 @@ class BlockRecorder(ABC):
                 self._kept.append(last)
 
     def keep_end(self, time: float) -> None:
-        """Keep what was kept last as the end of the run (s), which is alone at that instant.
+        """Keep the last row as the end of the run (s), as the only row at that instant.
 
-        What was before a leap there is dropped.
+        A row before a leap at that instant is dropped.
         """
-        self.work_off()
+        self.record_waiting()
         while len(self._kept) > 1 and self._kept[-1].t[-1] > time - instant(time, KNOT_TIME):
             self._drop_last()
         self._kept.append(self._last._replace(t=np.array([time])))
 
     def all_kept(self) -> Kept:
-        """All that is kept in one; no force pulls."""
+        """All rows together; forces of contacts below zero, which are rounding, become zero."""
         kept = together(self._kept)
         return kept._replace(press=np.maximum(kept.press, 0.0))
 
@@ -416,13 +418,11 @@ class BlockRecorder(ABC):
         ends: Kept,
         approach: FloatArray | None = None,
     ) -> Totals:
-        """Take steps of which all is `known` but totals; rates of these are (m, ...).
+        """Take steps whose rows are `known` except for totals, of which the rates are (m, ...).
 
-        `approach` (k, c) are the speeds (m/s) with which touches began that last in each; left
-        out, those that last now.
-
-        The balance of energy is checked at the `ends` (k,) of steps. Returns totals (1 + k, ...)
-        where the first one begins and where each ends.
+        `approach` (k, c) are the speeds (m/s) with which the touches began that last in each step;
+        if left out, those of the present touches. The balance of energy is checked at the `ends`
+        (k,) of steps. Returns totals (1 + k, ...) at the begin of the first step and at each end.
         """
         nodes, lengths = steps.nodes, steps.h[:, None]
         summed = rates_of_totals.all
@@ -440,9 +440,9 @@ class BlockRecorder(ABC):
         self._keep_samples(steps, known)
         self._last = known.pick(nodes[-1, -1:])
         self._ends.append(ends)
-        step_nodes = nodes[steps.h > 0]  # an explicit one may end where it began, at an event
-        at = self.motion(known.pick(step_nodes.ravel()))
-        poses, rates = (column.reshape(*step_nodes.shape, *column.shape[1:]) for column in at)
+        step_nodes = nodes[steps.h > 0]  # an explicit step may have no length, at an event
+        motion = self.motion(known.pick(step_nodes.ravel()))
+        poses, rates = (column.reshape(*step_nodes.shape, *column.shape[1:]) for column in motion)
         times = steps.t[steps.h > 0], steps.h[steps.h > 0]
         pressed = known.pressed[step_nodes[:, 0]]
         if approach is None:
@@ -456,10 +456,10 @@ class BlockRecorder(ABC):
         return self._reached.of(reached)
 
     def _shares(self, parts: FloatArray) -> FloatArray:
-        """Weights (m, n) of an integral up to parts (m,) of a step, of what is at its nodes.
+        """Weights (m, n) of values at a step's nodes in the integral up to parts (m,) of the step.
 
-        The rule of Radau's method is exact for the polynomial through its stages and the start,
-        which has no weight in it up to the end.
+        They are exact for the polynomial through the nodes. In the integral over the whole step
+        this is Radau's rule, in which the start has no weight.
         """
         powers = np.arange(1, len(self._powers) + 1)
         return np.asarray((parts[:, None] ** powers / powers) @ self._powers)
@@ -470,18 +470,18 @@ class BlockRecorder(ABC):
         return Totals(np.zeros((*instants, 2 + 2 * count + self.frictions)), count)
 
     def _energies(self, totals: FloatArray) -> FloatArray:
-        """Energies lost and supplied, and those by friction (m, 2 + joints), of totals (m, ...)."""
-        of = self._reached.of(totals)
-        lost = of.damped + of.losses.sum(axis=1) + of.rubbed.sum(axis=1)
-        return np.column_stack([lost, of.supplied, of.rubbed])
+        """Energies lost and supplied, and lost by friction (m, 2 + joints), of totals (m, ...)."""
+        views = self._reached.of(totals)
+        lost = views.damped + views.losses.sum(axis=1) + views.rubbed.sum(axis=1)
+        return np.column_stack([lost, views.supplied, views.rubbed])
 
     def _keep_samples(self, steps: Steps, known: Kept) -> None:
-        """Keep the samples; in contacts the ends of steps, too, where none is."""
+        """Keep the samples, and in contacts the ends of steps that have no sample."""
         rows, ends = steps.samples, steps.nodes[:, -1]
         pressed = known.pressed[steps.nodes[:, 0], : self._marked].any(axis=1)
         if pressed.any():
             last = np.full(len(ends), -inf)
-            last[steps.of] = known.t[rows]  # in order: the last of a step remains
+            last[steps.of] = known.t[rows]  # in order, so that the last sample of a step remains
             free = ends[pressed & (last < known.t[ends])]
             rows = np.concatenate([rows, free[:: self.ends_kept]])
             rows = rows[np.unique(known.t[rows], return_index=True)[1]]
@@ -491,15 +491,15 @@ class BlockRecorder(ABC):
     # --- touches ------------------------------------------------------------------------------
 
     def leap(self, k: int, impulse: float, lost: float, supplied: float) -> None:
-        """Take the impulse (N s) of a contact, what it loses (J), and what a drive does (J)."""
-        self.work_off()
+        """Take the impulse (N s) of a contact, its loss (J), and the work of drives (J)."""
+        self.record_waiting()
         reached = self._reached = self._reached.of(self._reached.all.copy())
         reached.supplied[...] += supplied
         reached.impulses[k] += impulse
         reached.losses[k] += lost
 
     def leap_of_joints(self, lost: FloatArray, supplied: float) -> None:
-        """Take what friction of joints (joints,) loses in an impact, and what drives do (J)."""
+        """Take losses (joints,) by friction in joints in an impact, and the work of drives (J)."""
         reached = self._reached = self._reached.of(self._reached.all.copy())
         reached.supplied[...] += supplied
         reached.rubbed[:] += lost
@@ -507,9 +507,9 @@ class BlockRecorder(ABC):
     def totals_of(self, k: int) -> tuple[float, float]:
         """Impulse (N s) and energy (J) that a contact has taken so far.
 
-        What it stores counts as lost until it ends.
+        Energy that it stores counts as lost until the touch ends.
         """
-        self.work_off()
+        self.record_waiting()
         return float(self._reached.impulses[k]), float(self._reached.losses[k])
 
     def intervals(self, first: int, places: FloatArray) -> Intervals:
@@ -525,8 +525,8 @@ class BlockRecorder(ABC):
     # --- blocks -------------------------------------------------------------------------------
 
     def flush(self) -> None:
-        """Work off all that waits."""
-        self.work_off()
+        """Record all steps that wait."""
+        self.record_waiting()
         self._look_through()
 
     def _look_through(self) -> None:
@@ -551,28 +551,28 @@ class BlockRecorder(ABC):
         self.largest_kinetic_energy = max(self.largest_kinetic_energy, float(energies[:, 0].max()))
         self.constraint_error = max(self.constraint_error, float(errors.max(initial=0.0)))
 
-    def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
+    def energies(self, kept: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         kinetic, stored = self.meter.kinetic(poses, rates), self.meter.potential(poses)
-        lost, supplied = at.totals[:, :2].T.copy()
-        touched = np.flatnonzero(at.pressed.any(axis=0))
-        rows = np.flatnonzero(at.pressed[:, touched].any(axis=1))
+        lost, supplied = kept.totals[:, :2].T.copy()
+        touched = np.flatnonzero(kept.pressed.any(axis=0))
+        rows = np.flatnonzero(kept.pressed[:, touched].any(axis=1))
         contacts = [self.contacts[k] for k in touched.tolist()]
-        at_rows = poses_of(poses[rows], rates[rows], at.t[rows])
+        at_rows = poses_of(poses[rows], rates[rows], kept.t[rows])
         gaps = ContactShapes(contacts).seen(at_rows).gap
         for k, contact, gap in zip(touched.tolist(), contacts, gaps.T, strict=True):
-            elastic = np.where(at.pressed[rows, k], contact.law.stored_energy(-gap), 0.0)
+            elastic = np.where(kept.pressed[rows, k], contact.law.stored_energy(-gap), 0.0)
             stored[rows] += elastic
             lost[rows] -= elastic
         return np.stack([kinetic, stored, lost, supplied], axis=1)
 
-    def residuals(self, at: Kept, poses: FloatArray) -> FloatArray:
+    def residuals(self, rows: Kept, poses: FloatArray) -> FloatArray:
         """How far joints are open, m."""
-        return joint_residuals(self.mechanism, poses, at.places)
+        return joint_residuals(self.mechanism, poses, rows.places)
 
 
 def together(parts: list[Kept]) -> Kept:
     """Return instants one after the other."""
-    *columns, owns = zip(*parts, strict=True)
-    of_engine = owns[0]._make(np.concatenate(column) for column in zip(*owns, strict=True))
+    *columns, engines = zip(*parts, strict=True)
+    of_engine = engines[0]._make(np.concatenate(column) for column in zip(*engines, strict=True))
     return Kept._make((*map(np.concatenate, columns), of_engine))

@@ -1,6 +1,6 @@
-"""The touch: how a point and its face stand to each other, and what leads from one to another.
+"""The touch: the states of a point and its face, and the events that change them.
 
-    is        what happens                                        becomes   told
+    state     event                                               becomes   recorded
     apart     it closes: a law gives way, or no bounce is left    pressed   a touch begins
     apart     it bounces, by an impulse law                       apart     an impact
     apart     its point passes the face's line, beside the face   behind
@@ -8,13 +8,13 @@
     pressed   it opens                                            apart     the touch ends
     pressed   its point slides off an end of the face             behind    the touch ends
 
-Behind its face a point is free: it came there beside it. Walls of sleeves, and bearings, hold from
-behind as well, and are only apart or pressed.
+Behind its face a point is free: it passed the face beside its end. Walls of sleeves, and bearings,
+hold from behind as well; their contacts are only apart or pressed.
 
-`Laws` has the forces of many penalty contacts by gaps and rates, with their slopes. A force goes on
-smoothly where a gap has opened: there a touch ends, within the step. `error_times` tells what
-errors of speeds become: a lever that swings slowly, or coasts, makes angles of them.
-`ExtremeSeeker` finds the extremes of a run by the polynomials of its steps. All engines use these.
+`Laws` has the forces of many penalty contacts, from gaps and rates, with their slopes. A force goes
+on smoothly where a gap has opened, since a touch ends within a step. `error_times` tells how errors
+of speeds become errors of places, as in a lever that swings slowly. `ExtremeSeeker` finds the
+extremes of a run from the polynomials of its steps. All engines use these.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ class Laws:
     def pressing(
         self, which: IndexArray, gap: FloatArray, rate: FloatArray, approach: FloatArray
     ) -> Pressing:
-        """Forces of some (k,) by their gaps and rates (..., k).
+        """Forces of the contacts `which` (k,), from their gaps and rates (..., k).
 
-        `approach` (c,) are the speeds (m/s) with which the touches of all began.
+        `approach` (c,) are the speeds (m/s) with which the touches of all contacts began.
         """
         if self._only is not None:
             return Pressing(*self._only.pressing(-gap, -rate, approach[which]))
@@ -84,10 +84,10 @@ def rubbing(contacts: Sequence[Contact | Channel]) -> FloatArray:
 
 
 def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
-    """Forces of contacts and their slopes, by gaps and rates (..., c, 2); none where they open.
+    """Function that returns forces of contacts, and their slopes, from gaps and rates (..., c, 2).
 
-    Their touches began with the speeds `approach` (c,), m/s. What lets go before it opens is
-    followed beyond.
+    Touches began with the speeds `approach` (c,), m/s. A contact that is open has no force, unless
+    its law lets go before it opens: then the force goes on beyond that.
     """
     by_laws, numbers = Laws(laws), np.arange(len(laws))
     lets_go = np.array([not isinstance(law, Impulse) and law.lets_go for law in laws], dtype=bool)
@@ -105,7 +105,7 @@ def press_by(laws: Sequence[PressingLaw], approach: FloatArray) -> Press:
 
 
 SHORTEST_SWING = 4e-3  # s, 1/omega at 40 Hz: lower limit
-FREE = 0.25  # of the swing of a lever at 40 Hz: errors of speeds count so long out of contact
+FREE = 0.25  # of SHORTEST_SWING: so long errors of speeds count out of contact
 
 
 def error_times(mechanism: Mechanism, end: float) -> ErrorTimes:
@@ -115,17 +115,17 @@ def error_times(mechanism: Mechanism, end: float) -> ErrorTimes:
     return ErrorTimes(tau, tau - (1 - FREE) * SHORTEST_SWING)
 
 
-# Where a point in a contact turns, its force falls steeply: more looks, nearer and nearer.
+# Where a point in a contact turns back, its force falls steeply: that takes more looks.
 LOOKS_AT_FORCES = (17, 9, 9)
 EPSILON = float(np.finfo(float).eps)
 HERMITE = np.array([0.0, 1.0])  # nodes of a step that is known by its ends: a cubic
 
 
 class ExtremeSeeker:
-    """Takes the steps of a run, and finds where what it tells is least and greatest.
+    """Takes the steps of a run, and finds the extremes of watched quantities.
 
-    `contacts` (c,) are looked at while they press; `nodes` (n,) are the parts of a step, from 0 to
-    1, at which its motion is given.
+    Forces and depths of `contacts` (c,) are watched while they press; `nodes` (n,) are the parts of
+    a step, from 0 to 1, at which its motion is given.
     """
 
     def __init__(self, watched: Watched, contacts: Sequence[Contact], nodes: FloatArray) -> None:
@@ -138,7 +138,7 @@ class ExtremeSeeker:
         self._pressed: list[list[tuple[FloatArray, ...]]] = [[] for _ in contacts]
         self._laws: dict[Penalty, list[int]] = {}
         for k, contact in enumerate(contacts):
-            if not isinstance(contact.law, Impulse):  # rigid: no depth tells its force
+            if not isinstance(contact.law, Impulse):  # a rigid contact has no force by depth
                 self._laws.setdefault(contact.law, []).append(k)
         self._peaks: dict[int, tuple[Extremes, Extremes]] = {}
 
@@ -179,7 +179,7 @@ class ExtremeSeeker:
         motion: tuple[FloatArray, FloatArray],
         touches: tuple[BoolArray, FloatArray],
     ) -> None:
-        """Find how deep each of the contacts is at most, and how hard it presses, in each step."""
+        """Find the largest depth and force of each of the contacts in each step."""
         if not which:
             return
         pressed, began = touches
@@ -190,8 +190,8 @@ class ExtremeSeeker:
             for k, pressing_rows in zip(which, rows, strict=True)
         ]
         time, length = (part[np.concatenate(rows)] for part in steps)
-        depth = np.concatenate([-at.gap for at in seen])
-        rate = np.concatenate([-at.gap_rate for at in seen])
+        depth = np.concatenate([-look.gap for look in seen])
+        rate = np.concatenate([-look.gap_rate for look in seen])
         speeds = np.concatenate(
             [began[pressing_rows, k] for k, pressing_rows in zip(which, rows, strict=True)]
         )
@@ -200,11 +200,11 @@ class ExtremeSeeker:
         speed = step.derivative(depths) / length[:, None]
         low, high = np.zeros(len(depths)), np.ones(len(depths))
 
-        def force(at: FloatArray) -> FloatArray:
-            return law.force(step.value(depths, at), step.value(speed, at), speeds[:, None])
+        def force(times: FloatArray) -> FloatArray:
+            return law.force(step.value(depths, times), step.value(speed, times), speeds[:, None])
 
         hardest = highest(force, low, high, LOOKS_AT_FORCES)
-        lowest = highest(lambda at: step.value(depths, at), low, high, LOOKS_AT_FORCES)
+        lowest = highest(lambda times: step.value(depths, times), low, high, LOOKS_AT_FORCES)
         columns = (
             time + hardest * length,
             force(hardest[:, None])[:, 0],
@@ -219,7 +219,7 @@ class ExtremeSeeker:
     def peaks(self, contact: int, begin: float, end: float) -> tuple[float, float]:
         """Largest force (N) and penetration (m) of a contact from `begin` to `end` (s).
 
-        Once all steps are taken.
+        All steps have to be taken before.
         """
         if contact not in self._peaks:
             self._peaks[contact] = self._of_contact(contact)
@@ -234,7 +234,7 @@ class ExtremeSeeker:
         return Extremes(force_at, force), Extremes(depth_at, depth)
 
     def extremes(self) -> dict[str, Extremes]:
-        """Everything found, for the Result: see `result.Result.extremes`."""
+        """All extremes, for the Result: see `result.Result.extremes`."""
         by_name = {}
         for i, name in enumerate(self._watched.names):
             time, value = self._seeker.turning_points(i)
@@ -248,11 +248,11 @@ class ExtremeSeeker:
 
 
 def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatArray:
-    """What rounding may move the watched quantities by in a step, in their order.
+    """Rounding of the watched quantities in a step, in their order.
 
-    `sizes` are those of what places are differences of, `speeds` (m, n, speeds) have the square of
-    the point's speed last. Where places alone hold the joints, as in redundant coordinates, speeds
-    follow from them within a step: they have the rounding of places over the `shortest` step (s).
+    Places are differences of lengths with these `sizes`; `speeds` (m, n, speeds) have the square of
+    the point's speed last. In redundant coordinates joints hold places, and speeds follow from
+    places: so speeds have the rounding of places over the `shortest` step (s).
     """
     of_rates = EPSILON / shortest * sizes[:-2]  # of answers and of x
     fastest = float(np.sqrt(speeds[..., -1].max()))
@@ -260,21 +260,21 @@ def _rounding(sizes: FloatArray, speeds: FloatArray, shortest: float) -> FloatAr
     return np.array([*(ROUNDING * sizes), *of_rates[:-1], of_square])
 
 
-# Of a contact's half period: the first step in it, or any without control of errors. No stage of a
-# longer one may see the touch.
+# Of a contact's half period: length of the first step in it, or of any step without error control.
+# The stages of a longer step could all miss the touch.
 FIRST = 0.15
-# Where the largest force in a step is looked for, on the polynomial through its nodes.
+# Parts of a step at which its largest force is looked for, on the polynomial through its nodes.
 LOOKS_IN_STEPS = np.linspace(0.0, 1.0, 33)
 
 
 @cache
 def to_looks(nodes: int) -> FloatArray:
-    """Weights (looks, nodes) of values at so many nodes of a step for those at looks within."""
+    """Weights (looks, nodes) that give values at looks within a step from those at its nodes."""
     return collocation(nodes - 1).to_parts(LOOKS_IN_STEPS)
 
 
 class Side(Enum):
-    """Where the point is."""
+    """State of a contact: where its point is."""
 
     APART = auto()
     PRESSED = auto()
@@ -282,7 +282,7 @@ class Side(Enum):
 
 
 class Change(Enum):
-    """What happens to a contact."""
+    """Event of a contact."""
 
     CLOSES = auto()
     BOUNCES = auto()
@@ -302,10 +302,11 @@ BECOMES = {
 
 
 class Moment(NamedTuple):
-    """A contact as it begins or ends, and what it has taken so far; see `BlockRecorder.totals_of`.
+    """A contact at the instant at which a touch begins or ends.
 
-    Place on the face (m), rate of the gap (m/s), impulse (N s) and energy (J); `press` (N) is the
-    force with which it begins, where a step ended in it already.
+    `place` on the face (m), rate of the gap (m/s), and `totals`: impulse (N s) and energy (J) that
+    the contact has taken so far, see `BlockRecorder.totals_of`. `press` (N) is the force at the
+    begin, if the step ended after it.
     """
 
     time: float
@@ -316,7 +317,7 @@ class Moment(NamedTuple):
 
 
 class Touches:
-    """Where all contacts of a run are now, and what they did; the first `faces` may be behind."""
+    """States and touches of all contacts of a run; the first `faces` contacts may be behind."""
 
     def __init__(self, contacts: Sequence[Contact], faces: int) -> None:
         self.rigid = np.array(
@@ -324,12 +325,12 @@ class Touches:
         )
         self.sides = [Side.APART] * len(contacts)
         self.pressed = np.zeros(len(contacts), dtype=bool)  # a new array with every change
-        self.pressing: list[int] = []  # the numbers of those that press
-        # m/s: with which the last touch of each began, as laws ask; a new array with every one.
+        self.pressing: list[int] = []  # numbers of the contacts that press
+        # m/s: speed with which the last touch of each contact began; a new array with every touch.
         self.approach = np.zeros(len(contacts))
         self._faces = faces
         self._ended: dict[int, list[Interval]] = {}
-        self._open: dict[int, Interval] = {}  # with what its contact had taken as it began
+        self._open: dict[int, Interval] = {}  # with the totals at its begin
 
     # --- where they are -----------------------------------------------------------------------
 
@@ -339,18 +340,18 @@ class Touches:
             self.sides[k] = Side.BEHIND
 
     def beside(self, k: int, gap: float) -> None:
-        """Take up where a point is that is beside its face."""
+        """Set the state of a contact whose point is beside its face."""
         if self.sides[k] is not Side.PRESSED:
             self.sides[k] = Side.BEHIND if gap < -GAP_ROUNDING else Side.APART
 
     def idle(self, k: int, *, idle: bool = True) -> None:
-        """Put a contact aside, which then is as if its point were behind it; or take it up."""
+        """Put a contact aside, as if its point were behind the face; or take it up again."""
         self._set(k, Side.BEHIND if idle else Side.APART)
 
     def crossing(self, k: int, gap: float, inside: float) -> Change:
-        """Tell what an event of a contact is, which is `inside` (m) the ends of its face.
+        """Tell which event a contact has; its point is `inside` (m) the ends of the face.
 
-        What closes may bounce: its law tells.
+        A contact that closes may bounce, by its law.
         """
         if self.sides[k] is Side.PRESSED:
             # A point that leaves its face so near to the end slid off.
@@ -379,10 +380,10 @@ class Touches:
     # --- what happens -------------------------------------------------------------------------
 
     def change(self, k: int, what: Change, now: Moment) -> None:
-        """Let something happen to a contact, but for a bounce."""
+        """Let an event change a contact, except a bounce."""
         if what is Change.PASSES:
-            # By its rate, not to the other side: a step may have ended so far past the line that
-            # `beside` told it already.
+            # The rate decides, not the state before: if a step ended far past the line, `beside`
+            # has changed the state already.
             self._set(k, Side.BEHIND if now.gap_rate < 0 else Side.APART)
             return
         self._set(k, BECOMES[self.sides[k], what])
@@ -405,12 +406,12 @@ class Touches:
             self._ended.setdefault(k, []).append(last)
 
     def bounce(self, k: int, impact: Interval) -> None:
-        """A contact bounces, in no time."""
+        """Let a contact bounce: an impact, which takes no time."""
         self._set(k, BECOMES[self.sides[k], Change.BOUNCES])
         self._ended.setdefault(k, []).append(impact)
 
     def note(self, press: FloatArray) -> None:
-        """Take forces (steps, nodes, c) in steps: by an impulse law no depth tells the largest."""
+        """Take forces (steps, nodes, c): those by an impulse law do not follow from a depth."""
         for k in np.flatnonzero(self.pressed & self.rigid).tolist():
             looks = to_looks(press.shape[1]) @ press[:, :, k].T
             largest = max(self._open[k].peak_force, float(looks.max()))
@@ -426,9 +427,10 @@ class Touches:
     def intervals(
         self, first: int, now: Sequence[tuple[float, tuple[float, float]]], seeker: ExtremeSeeker
     ) -> Intervals:
-        """Touches of the contacts from `first` on, `now` (pairs,) at places (m) with totals.
+        """Touches of the contacts from `first` on.
 
-        `seeker` knows the largest forces and depths.
+        `now` (pairs,) has their present places (m) and totals; `seeker` has the largest forces and
+        depths.
         """
         touches = []
         for pair, (place, totals) in enumerate(now):
@@ -442,6 +444,6 @@ class Touches:
 
 
 def _until(begun: Interval, place: float, totals: tuple[float, float]) -> Interval:
-    """Return a touch up to now: it took the difference of both totals."""
+    """Return a touch up to now; its impulse and energy are differences of totals."""
     impulse, lost = totals[0] - begun.impulse, totals[1] - begun.energy_lost
     return replace(begun, end_place=place, impulse=impulse, energy_lost=lost)

@@ -1,6 +1,6 @@
-"""A slot's point on its curve: on which smooth piece it runs, which comes next, in which lap.
+"""A slot's point on its curve: the present smooth piece, the next one, and the lap.
 
-Bookkeeping that all formulations share. Where on its piece the point is, each finds for itself.
+All formulations share this. Each formulation computes the point's place on the piece by itself.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from exudyn_flexlink.result import Event
 
 # Of the search for where an axis or a point meets a track:
 NEWTON_STEPS = 60
-QUADRATIC = 1e-8  # of the parameter: after so small a step the next one is exact to rounding
-LEAST_PART = 1e-6  # of the way that the guide has turned: in shorter parts no place is searched
+QUADRATIC = 1e-8  # of the parameter: after so short a step the place is exact to rounding
+LEAST_PART = 1e-6  # of the angle by which the guide turned: shorter parts are not tried
 
 
 class DeadCentreError(ValueError):
-    """The coordinates solved for tell no place: a guide's axis touches its track or misses it.
+    """A guide's axis touches its track or misses it, or a loop of joints can't stay closed.
 
-    Or a loop of joints can't stay closed.
+    The coordinates that are integrated then do not determine the others.
     """
 
 
 class TrackFollower:
-    """Follows one slot's point from piece to piece; `u` is the present piece's own parameter."""
+    """Follows a slot's point from piece to piece; `u` is its parameter on the present piece."""
 
-    seam = 1e-12  # of the parameter: this little beyond a piece is on it
+    seam = 1e-12  # of the parameter: a place this little beyond a piece counts as on it
 
     def __init__(self, slot: Slot, place: float, lap: int, events: list[Event]) -> None:
-        """`place` is the parameter of the whole curve at time 0; `events` are told of new laps."""
+        """`place` is the parameter of the whole curve at time 0; new laps are added to `events`."""
         self.slot, self.curve, self.events = slot, slot.curve, events
         self.piece, self.u = self.curve.locate(place)
         self.lap = lap
@@ -42,19 +42,19 @@ class TrackFollower:
         return self.curve.pieces[self.piece]
 
     def left(self, u: float) -> tuple[float, float]:
-        """How far a place is from the end and from the start of the present piece."""
+        """Distances of a place from the end and from the start of the present piece."""
         piece = self.present
         return piece.end - u, u - piece.start
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Parameters between which a place is on the present piece."""
+        """Limits of the parameter on the present piece."""
         return self.present.start - self.seam, self.present.end + self.seam
 
     def place(self, u: float | FloatArray) -> FloatArray:
-        """Parameters of the whole curve at the present piece's own."""
+        """Parameters of the whole curve for parameters of the present piece."""
         piece = self.present
-        if not self.curve.closed:  # the step that ends an open curve goes a hair beyond it
+        if not self.curve.closed:  # the step to the end of an open curve may go a little beyond it
             u = np.minimum(np.maximum(u, piece.start), piece.end)
         return np.asarray(self.curve.breaks[self.piece] + u - piece.start)
 

@@ -1,19 +1,19 @@
 """Formulas as lists of operations: their values, derivatives and bounds, and zeros in time.
 
 Bounds tell where a function of time is zero or has a pole, and how finely it must be sampled.
-Values at instants may miss a short pulse. So times are halved until interval arithmetic leaves
-nothing open. In parts short enough a term f is a polynomial of degree n, but for the remainder of
+Values at instants may miss a short pulse. So parts of a time are halved until interval arithmetic
+decides. In a short part a term f is a polynomial of degree n, except for the remainder of
 interpolation at Chebyshev points, ``(w/4)^n (max f^(n) - min f^(n)) / n!`` in a part of width w.
 
-Interval arithmetic (R. E. Moore, *Interval Analysis*, 1966): every operation takes the bounds of
-what it takes. They may be wider than the formula's range, where it takes the same thing twice, but
-never narrower but for rounding. Bounds are pairs of arrays of one shape, or of numbers.
+Interval arithmetic (R. E. Moore, *Interval Analysis*, 1966): every operation computes bounds from
+the bounds of its operands. They may be wider than the formula's range, if an operand occurs twice,
+but never narrower, except by rounding. Bounds are pairs of arrays of the same shape, or of numbers.
 
-A `Tape` has the operations of a formula one after the other, and of its exact time derivatives.
-Every operation takes results of earlier ones, so that a formula is a list of them and the number of
-its last. Equal operations are kept once: derivatives share what they have in common, and grow with
-the formula, not with its powers. A result that is no number, such as the root of a negative one, is
-NaN, and may still be left out by a `where`.
+A `Tape` has the operations of a formula, and of its exact time derivatives, in a row. The operands
+of an operation are results of earlier ones. So a formula is a list of operations and the number of
+the last. Equal operations are kept once. So derivatives share common operations and grow in
+proportion to the formula. A result that is no number, such as the root of a negative number, is
+NaN; a `where` may still skip it.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ Values = float | FloatArray
 TIME = -1
 """The variable t; those of the state count from 0."""
 RATES = 1000
-"""So much further on counts the time derivative of a variable of the state."""
+"""Number of the time derivative of a variable of the state, minus that of the variable."""
 
 
 @dataclass(frozen=True)
 class Sensed:
-    """What a formula takes of the state: `angle`, `speed` or `place` of a joint, or of a point.
+    """A sense of a formula: `angle`, `speed` or `place` of a joint, or the place of a point.
 
     `of` is the joint, or the point 'body.point' of which `axis` is the coordinate 'x' or 'y'. The
-    place of a joint is how far it is out.
+    place of a joint is the stroke of a slide.
     """
 
     kind: str
@@ -53,7 +53,7 @@ class Sensed:
 
 
 class Operation(NamedTuple):
-    """Its name, the operations whose results it takes, and the value of a number or variable."""
+    """Name, numbers of the operations that are its operands, and value of a number or variable."""
 
     name: str
     takes: tuple[int, ...] = ()
@@ -81,8 +81,8 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "where": _where,
 }
 
-# Operations with a number that change nothing. Zero times anything is zero, but for what never has
-# a value; zero by anything is not, for that may be zero, too.
+# Operations with a number that change nothing. Zero times an operand is zero, unless it never has a
+# value. Zero divided by an operand is not always zero, since the operand may be zero, too.
 _KEEP_FIRST = (("add", 0), ("sub", 0), ("mul", 1), ("div", 1), ("pow", 1))
 _KEEP_LAST = (("add", 0), ("mul", 1))
 
@@ -90,7 +90,7 @@ _KEEP_LAST = (("add", 0), ("mul", 1))
 class Program:
     """Computes some results of a tape, from the time and the state.
 
-    Operations that are `held` are variables, if the state goes so far, and else as others are.
+    `held` operations are variables if the state has values for them; otherwise they are computed.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Program:
         self._free = [step for step in self._steps if step[0] not in held]
 
     def run(self, t: Values, state: Sequence[Values] = ()) -> list[Values]:
-        """Return the results, of instants and states alike in shape; no number where none is."""
+        """Return the results, in the shape of instants and states; NaN without a value."""
         values = self._numbers.copy()
         for i, which in self._variables:
             values[i] = t if which == TIME else state[which]
@@ -129,7 +129,7 @@ class Program:
 
 
 class Tape:
-    """Operations in order; adds only what is new, and simpler where a number is known."""
+    """Operations in order; adds only new ones, simplified if an operand is a known number."""
 
     def __init__(self) -> None:
         self.operations: list[Operation] = []
@@ -149,7 +149,7 @@ class Tape:
         numbers = [self.number_of(i) for i in takes]
         known = [x for x in numbers if x is not None]
         if len(known) == len(takes):
-            with np.errstate(all="ignore"):  # what is no number is told by its user
+            with np.errstate(all="ignore"):  # whoever uses the value checks for NaN
                 value = float(FUNCTIONS[name](*known))
             if math.isfinite(value):
                 return self.number(value)
@@ -158,7 +158,7 @@ class Tape:
         return self._kept(Operation(name, takes)) if same is None else same
 
     def number_of(self, i: int) -> float | None:
-        """Return the value of an operation that is a number; None if it is none."""
+        """Return the value of an operation that is a number, else None."""
         operation = self.operations[i]
         return operation.value if operation.name == "number" else None
 
@@ -193,7 +193,7 @@ class Tape:
     def _simpler(
         self, name: str, takes: tuple[int, ...], numbers: Sequence[float | None]
     ) -> int | None:
-        """Return what comes to the same with less work; None if nothing does."""
+        """Return an equal result with less work; None if no rule applies."""
         first, last = numbers[0], numbers[-1]
         left, right = takes[0], takes[-1]
         simpler: int | None = None
@@ -225,7 +225,7 @@ class Tape:
         return self._by_rule(name, i, takes, inner)
 
     def _by_rule(self, name: str, i: int, takes: tuple[int, ...], inner: list[int]) -> int:
-        """Apply the rule of an operation to the slopes of what it takes."""
+        """Apply the rule of an operation to the slopes of its operands."""
         if name in ("neg", "add", "sub"):
             return self.add(name, *inner)
         if name == "where":
@@ -272,7 +272,7 @@ class Tape:
 
 
 class Bounds(NamedTuple):
-    """The least and the greatest that something may be."""
+    """The least and the greatest possible value."""
 
     low: FloatArray
     high: FloatArray
@@ -281,10 +281,10 @@ class Bounds(NamedTuple):
 def ranges(
     plan: Iterable[tuple[int, Operation]], time: Bounds, state: Mapping[int, Bounds]
 ) -> Bounds:
-    """Bounds of the last of numbered operations in order; infinite where it may have no value.
+    """Bounds of the last of numbered operations in order; infinite if it may have no value.
 
-    An operation whose bounds are no numbers has none; what is made of it has none, either, or
-    infinite ones. So the last one tells whether any was, which is seldom: only then each is asked.
+    If the bounds of an operation are NaN, those of its results are NaN or infinite. So the last
+    bounds show whether any were NaN. Only then, which is rare, each operation is checked.
     """
     with np.errstate(all="ignore"):
         bounds_of_last = _ranges(plan, time, state, lambda bounds: bounds)
@@ -301,7 +301,7 @@ def _ranges(
     state: Mapping[int, Bounds],
     known: Callable[[Bounds], Bounds],
 ) -> Bounds:
-    """As `ranges`; `known` makes bounds of those of each operation."""
+    """As `ranges`; `known` is applied to the bounds of each operation."""
     results: dict[int, Bounds] = {}
     last = time
     for i, (name, takes, value) in plan:
@@ -324,7 +324,7 @@ _WHOLE = Bounds(np.array(-np.inf), np.array(np.inf))
 
 
 def _known(bounds: Bounds) -> Bounds:
-    """Infinite bounds where there are none."""
+    """Bounds with infinite values in place of NaN."""
     low, high = bounds
     if not np.isnan(low + high).any():
         return bounds
@@ -332,7 +332,7 @@ def _known(bounds: Bounds) -> Bounds:
 
 
 def _of_corners(function: Callable[..., FloatArray], a: Bounds, b: Bounds) -> Bounds:
-    """Bounds of a function of two numbers that has its extremes where both have theirs."""
+    """Bounds of a function of two numbers with its extremes at extremes of both."""
     p, q, r, s = (function(x, y) for x in a for y in b)
     return Bounds(
         np.minimum(np.minimum(p, q), np.minimum(r, s)),
@@ -348,7 +348,7 @@ def _bounds_where(condition: FloatArray | BoolArray, chosen: Bounds, otherwise: 
 
 
 def _mul(a: Bounds, b: Bounds) -> Bounds:
-    """Bounds of a product; most often one of both is a number."""
+    """Bounds of a product; usually one factor is a number."""
     if b.low is b.high:
         a, b = b, a
     if a.low is not a.high:
@@ -386,7 +386,7 @@ def _pow(a: Bounds, b: Bounds) -> Bounds:
 
 
 def _wave(a: Bounds, top: float, name: str) -> Bounds:
-    """Bounds of a sine or cosine whose tops are at `top` and whole turns from there."""
+    """Bounds of a sine or cosine with maxima at `top` plus whole turns."""
     begin, end = ((x - top) / (2 * np.pi) for x in a)  # in turns from a top
     first, last = (FUNCTIONS[name](x) for x in a)
     over_bottom = np.ceil(begin - 0.5) <= np.floor(end - 0.5)
@@ -441,7 +441,7 @@ NOTHING: Mapping[int, Bounds] = MappingProxyType({})
 
 
 class Addend:
-    """One of the terms, numbers left out, whose sum a formula is; it may enter with a minus."""
+    """A term of the sum that is a formula, perhaps with the opposite sign; numbers are left out."""
 
     def __init__(
         self, tape: Tape, result: int, held: Mapping[int, Operation] | None = None
@@ -451,11 +451,11 @@ class Addend:
 
     @property
     def of_time(self) -> bool:
-        """Whether it takes nothing of the state."""
+        """Whether the term depends on time only."""
         return self._tape.variables(self._result) == {TIME}
 
     def derivative(self, order: int) -> Addend:
-        """The term's derivative by time, of any order."""
+        """The derivative of any order by time."""
         return self if order == 0 else self._rate.derivative(order - 1)
 
     @cached_property
@@ -463,13 +463,13 @@ class Addend:
         return Addend(self._tape, self._tape.slope(self._result), self._held)
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
-        """Values (n,) at instants (n,) s and values (n,) of what is sensed; NaN where none is."""
+        """Values (n,) at instants (n,), s, and values (n,) of senses; NaN without a value."""
         return np.broadcast_to(np.asarray(self._value.run(time, state)[0], float), np.shape(time))
 
     def ranges(self, time: Bounds, state: Mapping[int, Bounds] = NOTHING) -> Bounds:
-        """Between which bounds (n,) it stays where t (s) and what is sensed do so.
+        """Bounds (n,) of the term for bounds of t (s) and of senses.
 
-        A derivative takes derivatives of what is sensed, too: see `tape.RATES`.
+        A derivative depends on derivatives of senses, too: see `RATES`.
         """
         bounds = ranges(self._value.plan, time, state)
         if (np.isfinite(bounds.low) & np.isfinite(bounds.high)).all():
@@ -480,16 +480,17 @@ class Addend:
         )
 
 
-ORDERS = 0, 2, 4, 8  # n above: higher ones cost more, the last is what steps integrate exactly
-PARTS = 64  # of the time that are looked at first
-MOST_PARTS = 100_000  # looked at together: where more are needed, it is told
-HALVINGS = 40  # of the time: then rounding is near
-SHORTER = 6.0  # by which a part is a pulse's, beside those that steps may be chosen for
-STEP = 4.0  # of such a part's width: how far a step may go beyond it
-MOST_POLES = 32  # parts looked at together, the first ones: more poles than these are not needed
-POINT_HALVINGS = 34  # of the parts looked at first: then they are 1e-12 of the time
-NEAR_POINT, FAR_FROM_POINT = 1e-8, 1e-5  # of the time: how far from a point values are looked at
-GROWS = 10.0  # from far to near: a pole of order 1 grows by a thousand, a logarithm hardly
+ORDERS = 0, 2, 4, 8  # n above: higher ones cost more; steps integrate the last one exactly
+PARTS = 64  # of the time, at first
+MOST_PARTS = 100_000  # at the same time: if more are needed, a warning says so
+HALVINGS = 40  # of the time, down to rounding
+SHORTER = 6.0  # ratio of widths: a part this much narrower than near ones is a pulse
+STEP = 4.0  # of the width of a wide part: how far a step chosen for it may go beyond
+MOST_POLES = 32  # parts that are halved further, the first ones: more poles are not needed
+POINT_HALVINGS = 34  # of the first parts, down to 1e-12 of the time
+# Of the time: distances from a point at which values are compared.
+NEAR_POINT, FAR_FROM_POINT = 1e-8, 1e-5
+GROWS = 10.0  # ratio near to far: a thousand at a pole of order 1, about 1 for a logarithm
 
 
 def zeros(term: Addend, begin: float, end: float) -> FloatArray:
@@ -518,7 +519,7 @@ def zeros(term: Addend, begin: float, end: float) -> FloatArray:
 
 
 def _crossed(term: Addend, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Zeros of a term that rises or falls in each of these parts, if it has one there."""
+    """Zeros of a term that is monotone in each of these parts; parts without zero are left out."""
     before, after = (np.sign(term.values(side, [])) for side in (low, high))
     low, high, before = (column[before * after <= 0] for column in (low, high, before))
     while len(low) and (high - low > LAST_PLACES * np.spacing(np.abs(high)) / 2).any():
@@ -540,12 +541,12 @@ def resolved(
     allowed: float,
     state: Callable[[Bounds], Mapping[int, Bounds]] = lambda _: NOTHING,
 ) -> tuple[FloatArray, FloatArray]:
-    """Halve parts of a time (s) until polynomials in them tell all of a term, but for `allowed`.
+    """Halve parts of a time (s) until polynomials in them show a term, with an error of `allowed`.
 
-    `edges` (n,) s are those of the parts that are halved: the term bends there. `cost` is that of
-    an area hidden in parts that begin so (s); `state` gives bounds of what is sensed, and of its
-    derivatives, over parts. What bends with the state counts as smooth. Return all edges, and those
-    (parts, 2) of the parts that would be too many.
+    `edges` (n,), s, are those of the first parts: the term has kinks at them. `cost` is the error
+    by a unit of hidden area in parts that begin at given times (s). `state` returns bounds of
+    senses, and of their derivatives, over parts. Kinks by the state count as smooth. Return all
+    edges, and the ends (parts, 2) of unresolved parts if they are too many.
     """
     low, high = edges[:-1], edges[1:]
     all_edges = [edges]
@@ -576,9 +577,9 @@ def resolved(
 def remainders(
     term: Addend, within: Bounds, state: Mapping[int, Bounds] = NOTHING
 ) -> Iterator[FloatArray]:
-    """What polynomials of ever higher degree do not show of a term in parts (n,), at most.
+    """Largest remainders of a term in parts (n,), for polynomials of increasing degree.
 
-    `state` gives bounds of what is sensed, and of its derivatives, over the parts.
+    `state` has bounds of senses, and of their derivatives, over the parts.
     """
     width = within.high - within.low
     rest = np.full(width.shape, np.inf)
@@ -591,7 +592,7 @@ def remainders(
 
 
 def pulses(edges: FloatArray) -> FloatArray:
-    """Edges (s) of parts that a step chosen for a wider part near them could go over."""
+    """Edges (s) of narrow parts that a step chosen for a wider part near them could skip."""
     begin, end = edges[:-1], edges[1:]
     width = end - begin
     short = np.zeros(len(width), dtype=bool)
@@ -607,11 +608,11 @@ def pulses(edges: FloatArray) -> FloatArray:
 
 
 def pole(term: Addend, begin: float, end: float) -> float | None:
-    """Instant (s), of two between which a term of time grows without bound; None if it does not.
+    """Instant (s) between two at which a term of time grows without bound; None if it does not.
 
-    Interval arithmetic leaves ever shorter parts in which it may have no bounds. A point that is
-    left at last may still be none where it grows: `where` chooses another formula there, or a
-    numerator is zero, too, as that of sin(t)/t. So its values near the point decide.
+    Interval arithmetic leaves shorter and shorter parts that may have no bounds. At a point that is
+    left in the end the term may still be bounded: `where` chooses another formula there, or the
+    numerator is zero, too, as in sin(t)/t. So the values near the point decide.
     """
     edges = np.linspace(begin, end, PARTS + 1)
     low, high = edges[:-1], edges[1:]
@@ -620,8 +621,7 @@ def pole(term: Addend, begin: float, end: float) -> float | None:
         left = np.flatnonzero(~np.isfinite(bounds).all(axis=0))[:MOST_POLES]
         if not len(left):
             return None
-        low, high = low[left], high[left]
-        low, high = _halved(low, high)
+        low, high = _halved(low[left], high[left])
     for time in ((low + high) / 2).tolist():
         if _grows(term, time, begin, end):
             return begin if time - begin < NEAR_POINT * (end - begin) else time

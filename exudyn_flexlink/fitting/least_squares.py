@@ -85,7 +85,8 @@ def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
     steps, value = tuple(path.split(".")), cast(Any, scene.to_data())
     for step in steps:
         value = value.get(step) if isinstance(value, Mapping) else None
-    # Says where the path leads nowhere, and of a key that is not there whether it may be.
+    # This raises where the path leads nowhere. A key that the scene does not have gets a number:
+    # the mistakes of that scene tell whether the key may exist.
     tried = apply_settings(document_of(scene), [(path, 1.0 if value is None else value)])
     if value is None:
         mistakes = [
@@ -119,14 +120,14 @@ def _in_si(value: float | str, dimension: Measure) -> float:
 
 
 PART = 0.1  # of a standard error: what the integrator may add
-MOST_ROUNDS = 4  # of a tolerance that is made smaller
+MOST_ROUNDS = 4  # of fits, each with a smaller tolerance
 SMOOTH = 1e-6  # of the mechanism's reach: no larger tolerance, since slopes are differences of runs
 DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so of themselves
 MOST_STEPS = 100  # of one search
 UNKNOWN_COMBINATION = (
     1e-4  # singular value of slopes of size 1: below it a combination is not known at all
 )
-TAKES_PART = 0.1  # in such a combination, of a size of 1
+TAKES_PART = 0.1  # coefficient in such a combination of norm 1: a number with more is part of it
 ALIKE = 0.99  # correlation from which on two numbers are hardly told apart
 
 Simulate = Callable[[Scene], Result]
@@ -141,10 +142,10 @@ class NoFitError(ValueError):
 class Fit:
     """Numbers of a scene that fit a series best; P of them, SI, by their paths.
 
-    `scene` is the one that was given, with the `values` found. `standard_errors` are inf where the
-    data don't tell a number, `correlations` (P, P) nan. `integrator` is how far the integrator's
-    error at the last tolerance moves each number. `against` holds the last of so many `runs`
-    against the series. `warnings` say what keeps numbers from being trusted.
+    `scene` is the given scene with the fitted `values`. Where the data don't determine a number,
+    its standard error is inf, and its `correlations` (P, P) are nan. `integrator` is how far the
+    integrator's error at the last tolerance moves each number. The fit took `runs` runs; `against`
+    compares the last of them with the series. `warnings` say why numbers can't be trusted.
     """
 
     scene: Scene
@@ -180,9 +181,12 @@ def fit(
     if time[0] < 0 or time[-1] == 0:
         raise NoFitError(f"{series.source} goes from {time[0]:g} to {time[-1]:g} s, a run from 0 s")
     report = progress or (lambda _: None)
-    search, value = _Search(scene, series, parameters, simulate, report), _of(parameters, "start")
+    search, value = (
+        _Search(scene, series, parameters, simulate, report),
+        _values(parameters, "start"),
+    )
     for _ in range(MOST_ROUNDS):
-        estimate, active = search.searched(value)
+        estimate, active = search.estimate(value)
         value, error = estimate.value, estimate.standard_error
         moved = np.abs(estimate.moved_by(search.finer(value)))
         if (moved <= PART * error).all() or not search.tighten():
@@ -223,7 +227,7 @@ def _warnings(
 
 
 def _resting_elsewhere(scene: Scene, parameters: list[Parameter]) -> Iterator[str]:
-    """Which springs rest as assembled, and so elsewhere with another start of the mechanism."""
+    """Warn of springs that rest as assembled: with other numbers they may rest elsewhere."""
     rests = springs_as_assembled(scene)
     for p in parameters:
         change = DIFFERENCE * (abs(p.start) or 1.0)
@@ -241,7 +245,7 @@ def _resting_elsewhere(scene: Scene, parameters: list[Parameter]) -> Iterator[st
                 )
 
 
-def _of(parameters: list[Parameter], field: str) -> FloatArray:
+def _values(parameters: list[Parameter], field: str) -> FloatArray:
     return np.array([getattr(p, field) for p in parameters])
 
 
@@ -259,7 +263,7 @@ class Estimate:
 
     @cached_property
     def unknown(self) -> list[list[str]]:
-        """Names of numbers of which the data don't tell a combination, or of one number alone."""
+        """Groups of names: of each the data don't determine a combination, or a single number."""
         unit = self.slopes / self._size
         values, columns = np.linalg.eigh(unit.T @ unit)
         lost = np.abs(columns.T[values < UNKNOWN_COMBINATION**2]) > TAKES_PART
@@ -272,21 +276,21 @@ class Estimate:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        """Pseudo-inverse (P, N) of the slopes, of what the data tell."""
+        """Pseudo-inverse (P, N) of the slopes, without combinations that are unknown."""
         return np.asarray(
             np.linalg.pinv(self.slopes / self._size, UNKNOWN_COMBINATION) / self._size[:, None]
         )
 
     @cached_property
     def standard_error(self) -> FloatArray:
-        """Standard errors (P,); inf where the data don't tell a number."""
+        """Standard errors (P,); inf where the data don't determine a number."""
         scatter = np.sqrt(np.sum(self.residuals**2) / np.subtract(*self.slopes.shape))
         lost = [any(name in each for each in self.unknown) for name in self.names]
         return np.where(lost, inf, scatter * np.linalg.norm(self._inverse, axis=1))
 
     @property
     def correlations(self) -> FloatArray:
-        """Correlations (P, P); nan where the data don't tell a number."""
+        """Correlations (P, P); nan where the data don't determine a number."""
         root = np.linalg.norm(self._inverse, axis=1)
         root = np.where(np.isfinite(self.standard_error) & (root > 0), root, np.nan)
         return np.asarray(self._inverse @ self._inverse.T / np.outer(root, root))
@@ -315,7 +319,7 @@ class _Search:
             raise NoFitError(f"the series can't be run through: the run {mistake.message}")
 
     def _run_of(self, scene: Scene) -> Run:
-        """As long as the series, with samples at its instants where these are even."""
+        """A run as long as the series, with samples at the series' instants if these are even."""
         end = float(self._series.time[-1])
         spacing = np.diff(np.unique(self._series.time), prepend=0.0)
         long, mechanism = scene.changed(run=Run(duration=end)), assemble_scene(scene).mechanism
@@ -338,7 +342,7 @@ class _Search:
         if not result.outcome.completed:
             raise NoFitError(f"a run {result.outcome.ending}")
         self.runs += 1
-        usual = 6 * (1 + 2 * len(self._parameters))  # runs; nobody knows how many it will be
+        usual = 6 * (1 + 2 * len(self._parameters))  # runs; the true number is not known before
         self._progress(self.runs / (self.runs + usual))
         return result
 
@@ -368,34 +372,35 @@ class _Search:
         return np.concatenate([residual / self._scatter[name] for name, residual in apart.items()])
 
     def _tried(self, scaled: FloatArray) -> FloatArray:
-        """Residuals where the search looks; no numbers where there is no run: it goes less far."""
+        """Residuals (N,) at scaled numbers (P,); nan without a run: a shorter step follows."""
         try:
             return self._residuals(self.run(scaled * self._scale))
         except (NoFitError, SceneError) as error:
             self._failed = str(error)
             return np.full(sum(map(len, self._series.values.values())), np.nan)
 
-    def searched(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
-        """Search from numbers; of several quantities again, each by the scatter it then has.
+    def estimate(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
+        """Search from numbers (P,), and again if the series has several quantities.
 
-        Also returns at which bound each number is: -1, 0 or 1.
+        The second search weighs each quantity by the scatter of its residuals after the first. Also
+        returns at which bound each number is: -1 at the lower, 1 at the upper, else 0.
 
         Raises:
             NoFitError: there is no run, or no end of the search.
 
         """
-        estimate, active = self._searched(value)
+        estimate, active = self._minimised(value)
         if len(self._scatter) > 1:
             each = np.split(estimate.residuals, len(self._scatter))
             for name, residual in zip(self._scatter, each, strict=True):
                 self._scatter[name] *= float(np.sqrt(np.mean(residual**2))) or 1.0
-            estimate, active = self._searched(estimate.value)
+            estimate, active = self._minimised(estimate.value)
         return estimate, active
 
-    def _searched(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
+    def _minimised(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
         from scipy.optimize import least_squares  # noqa: PLC0415 - see `against`
 
-        bounds = [_of(self._parameters, end) / self._scale for end in ("low", "high")]
+        bounds = [_values(self._parameters, end) / self._scale for end in ("low", "high")]
         try:
             solved = least_squares(
                 self._tried, value / self._scale, "3-point", bounds, gtol=UNIT_ROUNDING,

@@ -254,8 +254,8 @@ class Against:
         for name, apart in self.differences.items() if judged.any() else ():
             size, unit = np.abs(apart[judged]), self.series.signals[name].unit
             worst, rms = int(size.argmax()), float(np.sqrt(np.mean(size**2)))
-            at, span = float(self.time[judged][worst]), float(np.ptp(self.measured[name]))
-            by_signal.append(Distance(name, unit, float(size[worst]), at, rms, span))
+            instant, span = float(self.time[judged][worst]), float(np.ptp(self.measured[name]))
+            by_signal.append(Distance(name, unit, float(size[worst]), instant, rms, span))
         return by_signal
 
 

@@ -1,10 +1,10 @@
-"""Contacts that close, or rest, at one instant: impulses and speeds of which one of each is zero.
+"""Contacts that close, or rest, at one instant: of each, the impulse or the speed is zero.
 
 The linear complementarity problem of a few contacts is solved by trying which of them act:
-``w = W p + c >= 0``, ``p >= 0``, ``p w = 0`` for a W (c, c) of no negative eigenvalues. So contacts
-that close at one instant act on each other, be p impulses or forces (F. Pfeiffer and Ch. Glocker,
-*Multibody Dynamics with Unilateral Contacts*, Wiley 1996, ch. 5 and 8). The work doubles with every
-contact, of which few close at once.
+``w = W p + c >= 0``, ``p >= 0``, ``p w = 0`` for a W (c, c) of no negative eigenvalues. In this way
+contacts that close at one instant act on each other; p are impulses, or forces (F. Pfeiffer and
+Ch. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996, ch. 5 and 8). The work
+doubles with every contact, but few close at once.
 
 Where contacts rub, each has one of four modes: it stays open, sticks, or slides either way. With W
 (2c, 2c) the speeds across and along all contacts by impulses across and along, Newton's restitution
@@ -32,41 +32,43 @@ from exudyn_flexlink.arrays import FloatArray
 # W: contacts that depend on others share the load.
 SOLVED = 1e-10
 MOST_RUBBING = 6  # contacts: 4096 modes, half a second
-# Of the largest speed, or impulse: two answers that differ by less are one.
+# Of the largest speed, or impulse: two answers that differ by less count as the same.
 SAME_ANSWER = 1e-8
 
 
-def complementary(mobility: FloatArray, free: FloatArray, *, even: bool = True) -> FloatArray:
-    """Return p (c,) of W and c; where several solve it, the one in which most contacts act.
+def complementary(mobility: FloatArray, free: FloatArray, *, symmetric: bool = True) -> FloatArray:
+    """Return p (c,) of W, the `mobility` (c, c), and c, the speeds or accelerations `free` (c,).
 
-    `even` tells that W is symmetric, as without friction.
+    Where several p solve the problem, it is the one with most contacts that act. W is `symmetric`
+    without friction.
 
     Raises:
-        ArithmeticError: there is none: the contacts hold what can't be held.
+        ArithmeticError: there is no p: the contacts can't hold what drives them.
 
     """
     count = len(free)
-    enough = SOLVED * float(np.abs(free).max(initial=0.0))
+    rounding = SOLVED * float(np.abs(free).max(initial=0.0))
     for acting in range(count, -1, -1):
         for chosen in combinations(range(count), acting):
             push = np.zeros(count)
             closed = list(chosen)
             if closed:
                 within = mobility[np.ix_(closed, closed)]
-                push[closed] = -least_inverse(within, even=even) @ free[closed]
-            left = mobility @ push + free
+                push[closed] = -least_inverse(within, symmetric=symmetric) @ free[closed]
+            speed = mobility @ push + free
             if push.min(initial=0.0) < -SOLVED * float(np.abs(push).max(initial=0.0)):
                 continue
-            if left.min(initial=0.0) >= -enough and np.abs(left[closed]).max(initial=0.0) <= enough:
+            held = np.abs(speed[closed]).max(initial=0.0) <= rounding
+            if held and speed.min(initial=0.0) >= -rounding:
                 return np.maximum(push, 0.0)
     if count == 1:
         raise ArithmeticError("the contact that closes can't hold what drives it")
     raise ArithmeticError("contacts that close at one instant can't hold what drives them")
 
 
-def least_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
-    """Inverse of mobilities (..., c, c); where contacts depend on others, for the least forces."""
-    return np.asarray(np.linalg.pinv(mobility, rcond=SOLVED, hermitian=even))
+def least_inverse(mobility: FloatArray, *, symmetric: bool = True) -> FloatArray:
+    """Inverse of mobilities (..., c, c); the pseudo-inverse where contacts depend on others."""
+    return np.asarray(np.linalg.pinv(mobility, rcond=SOLVED, hermitian=symmetric))
 
 
 class RubbingImpact(NamedTuple):
@@ -98,40 +100,39 @@ def rubbing_impact(
         moved: Speeds (2c,) that other impulses of the same instant add, m/s; left out, none.
 
     Raises:
-        ArithmeticError: there is no answer, there are several that lead to other speeds, the one
-            there is gains energy, or there are more than `MOST_RUBBING` contacts.
+        ArithmeticError: no impulses fit, several fit that lead to different speeds, those that fit
+            gain energy, or there are more than `MOST_RUBBING` contacts.
 
     """
     count = len(restitution)
     if count > MOST_RUBBING:
         raise ArithmeticError(f"friction in impacts is known of {MOST_RUBBING} contacts at most")
     begin = before if moved is None else before + moved
-    # In units in which each contact alone moves by 1.
+    # Units are chosen so that an impulse of 1 in a contact alone changes its speed by 1.
     scale = np.sqrt(np.diag(mobility))
     scale = np.where(scale > 0, scale, scale.max(initial=0.0) or 1.0)
     system = mobility / scale[:, None] / scale
     start = begin / scale
-    parting = begin[:count] + restitution * before[:count]
-    wanted = parting / scale[:count]
+    closing = (begin[:count] + restitution * before[:count]) / scale[:count]
     grips = friction * scale[count:] / scale[:count]
     choices = [(OPEN, STICKS, SLIDES, SLIDES_BACK) if mu > 0 else (OPEN, SLIDES) for mu in friction]
     modes = np.array(list(product(*choices)))
-    equations, right = _equations(modes, system, wanted, start[count:], grips)
+    equations, right = _equations(modes, system, closing, start[count:], grips)
     impulses = (np.linalg.pinv(equations, rcond=SOLVED) @ right[..., None])[..., 0]
     impulses[np.tile(modes == OPEN, 2)] = 0.0  # exactly
-    left = (equations @ impulses[..., None])[..., 0] - right
-    off = np.abs(left).max(axis=1, initial=0.0)
+    residual = (equations @ impulses[..., None])[..., 0] - right
+    off = np.abs(residual).max(axis=1, initial=0.0)
     after = start + impulses @ system.T
-    largest = max(np.abs(start).max(initial=0.0), np.abs(wanted).max(initial=0.0))
-    enough = SOLVED * largest
+    largest = max(np.abs(start).max(initial=0.0), np.abs(closing).max(initial=0.0))
+    rounding = SOLVED * largest
     across, along = impulses[:, :count], impulses[:, count:]
-    opens = wanted + after[:, :count] - start[:count]
+    opens = closing + after[:, :count] - start[:count]
     grip = grips * across - np.abs(along)
     ways = np.select([modes == SLIDES, modes == SLIDES_BACK], [1.0, -1.0], 0.0)
     slides = ways * after[:, count:] * (friction > 0)
     margins = np.concatenate([across, opens, grip, slides], axis=1)
     least = margins.min(axis=1, initial=0.0)
-    fits = (least >= -enough) & (off <= enough)
+    fits = (least >= -rounding) & (off <= rounding)
     if not fits.any():
         raise ArithmeticError("no impulses fit restitution and friction of all of them")
     answers, ends = impulses[fits], after[fits]
@@ -155,17 +156,20 @@ def gains_energy(impulse: FloatArray, begin: FloatArray, end: FloatArray) -> boo
 
 
 def _equations(
-    modes: FloatArray, system: FloatArray, wanted: FloatArray, slip: FloatArray, grips: FloatArray
+    modes: FloatArray, system: FloatArray, closing: FloatArray, slip: FloatArray, grips: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Matrices (modes, 2c, 2c) and right sides (modes, 2c) of what impulses obey in some modes."""
-    count = len(wanted)
-    same = np.eye(2 * count)
+    """Matrices (modes, 2c, 2c) and right sides (modes, 2c) of the impulses' equations in each mode.
+
+    `closing` (c,) is g_a (1 + e), `slip` (c,) is s_a, and `grips` (c,) are mu, all scaled.
+    """
+    count = len(closing)
+    identity = np.eye(2 * count)
     closed, sticks = (modes != OPEN)[..., None], (modes == STICKS)[..., None]
     way = np.select([modes == SLIDES, modes == SLIDES_BACK], [1.0, -1.0], 0.0)
-    slides = same[count:] + (way * grips)[..., None] * same[:count]
-    across = np.where(closed, system[:count], same[:count])
+    slides = identity[count:] + (way * grips)[..., None] * identity[:count]
+    across = np.where(closed, system[:count], identity[:count])
     along = np.where(sticks, system[count:], slides)
-    opened = np.where(closed[..., 0], -wanted, 0.0)
+    opened = np.where(closed[..., 0], -closing, 0.0)
     stopped = np.where(sticks[..., 0], -slip, 0.0)
     matrices = np.concatenate([across, along], axis=1)
     return matrices, np.concatenate([opened, stopped], axis=1)

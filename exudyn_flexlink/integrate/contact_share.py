@@ -1,8 +1,9 @@
-"""What contacts do in the systems of an implicit step: few forces, which leap.
+"""The share of contacts in the systems of an implicit step: few forces, which leap.
 
-A contact's force changes from loading to unloading within a small part of a step: its slopes at one
-instant mislead the iteration. So the gaps at all stages, few numbers, are solved for at every round
-with the forces themselves; the matrices carry only what they mean for the other coordinates.
+A contact's force changes from loading to unloading within a small part of a step, so its slopes at
+one instant mislead the iteration. Each round therefore solves for the gaps at all stages, which are
+few numbers, with the forces themselves. The matrices only carry their effect on the other
+coordinates.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from exudyn_flexlink.integrate.collocation import Collocation, collocation
 from exudyn_flexlink.integrate.problem import Press, Pressing
 
 ROUNDS = 40
-CLOSE = 1e-3  # of the change: what may be left of the gaps' equations
-SHORTEST_PART = 1e-3  # of Newton's way
+CLOSE = 1e-3  # of the change: allowed residual of the gaps' equations
+SHORTEST_PART = 1e-3  # of a full Newton step
 LOOKS, LOOK_WEIGHTS = np.polynomial.legendre.leggauss(12)  # a finer rule than that of the stages
 LOOKS, LOOK_WEIGHTS = (1 + LOOKS) / 2, LOOK_WEIGHTS / 2
 STEADY = 0.5  # if a contact keeps this share of its largest damping, the stages resolve the step
 
 
 class ContactShare(NamedTuple):
-    """Contacts beside the iteration's systems, by Woodbury's formula."""
+    """Contacts that Woodbury's formula adds to the iteration's systems."""
 
     rows: FloatArray  # (c, n): gradients of the gaps
     inverse_times_rows: ComplexArray  # (systems, n, c)
@@ -33,7 +34,7 @@ class ContactShare(NamedTuple):
     rate_per_force: FloatArray
     press: Press
     touching: FloatArray  # (c, 2): gaps and rates at the start of the step
-    start: Pressing  # (c,) each: there
+    start: Pressing  # (c,) each: forces at the start of the step
     method: Collocation
 
     @classmethod
@@ -45,7 +46,7 @@ class ContactShare(NamedTuple):
         touching: FloatArray,
         method: Collocation,
     ) -> ContactShare:
-        """Contacts that touch so (c, 2) at the start of the step."""
+        """The share of contacts with the gaps and rates `touching` (c, 2) at the step's start."""
         stages = method.stages
         inverse_times_rows = inverses @ rows.T
         by_system = rows @ inverse_times_rows  # (systems, c, c)
@@ -57,9 +58,9 @@ class ContactShare(NamedTuple):
         return cls(rows, inverse_times_rows, rate_per_force, press, touching, start, method)
 
     def share(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
-        """What the contacts add to a change (stages, n) of the speeds found without them.
+        """Part (stages, n) by which contacts correct a change of the speeds computed without them.
 
-        `touching` (stages, c, 2) are gaps and rates before it.
+        `touching` (stages, c, 2) are gaps and rates before the change.
         """
         free = change @ self.rows.T
         before = self.press(touching)
@@ -71,10 +72,10 @@ class ContactShare(NamedTuple):
     def _pushes(
         self, h: float, free: FloatArray, touching: FloatArray, start: Pressing
     ) -> FloatArray:
-        """Forces (stages, c) once the rates of the gaps have changed by `free` and by themselves.
+        """Forces (stages, c) after `free` and these forces have changed the rates of the gaps.
 
-        Newton's method, each step as long as it helps: forces fall with gap and rate, so that there
-        is one solution, but they hardly change on both sides of where they leap.
+        Newton's method, with steps shortened until they help. Forces fall with gap and rate, so
+        there is one solution; but they hardly change on either side of a leap.
         """
         shape, size = free.shape, free.size
         spread, same = h * _spread(*shape), np.eye(size)
@@ -106,24 +107,24 @@ class ContactShare(NamedTuple):
         return np.asarray(self.rows.T @ (self.start.stiffness * (self.rows @ change)))
 
     def errors(self, h: float, change: FloatArray, touching: FloatArray) -> FloatArray:
-        """Errors of the speeds (1 or 2, n), of which `change` (n,) was found without contacts.
+        """Errors of the speeds (1 or 2, n); `change` (n,) is the error computed without contacts.
 
         `touching` (stages, c, 2) are gaps and rates at the stages. A contact that creeps is a stiff
-        damper: it wipes out errors. But the damper fades while the point speeds up to lift off, and
-        what it no longer wipes out counts. So contacts damp as little as they do anywhere in the
-        step. And where they leap like that, what happens between the stages counts, too.
+        damper and removes errors. The damper fades when the point speeds up to lift off; then
+        errors remain. So the least damping within the step is used. If the damping changes much,
+        the forces between the stages are checked as well.
         """
         stages = self.press(touching)
         stiffness = np.minimum(self.start.stiffness, stages.stiffness.min(axis=0))
         damping = np.minimum(self.start.damping, stages.damping.min(axis=0))
         filtered = self._filtered(stiffness * h / self.method.real + damping, change)
         most = np.maximum(self.start.damping, stages.damping.max(axis=0))
-        if np.all(damping > STEADY * most):  # where all are zero, a leap may lie in between
+        if np.all(damping > STEADY * most):  # if all are zero, a leap may lie between the stages
             return filtered[None]
         return np.stack([filtered, self._missed(h, touching, stages)])
 
     def _filtered(self, of_rates: FloatArray, change: FloatArray) -> FloatArray:
-        """A change (n,) found by the real system without contacts, with such ones (c,) in it."""
+        """A change (n,) by the real system without contacts, corrected by slopes (c,) of theirs."""
         inverse = self.inverse_times_rows[0].real
         system = np.eye(len(self.rows)) + (self.rows @ inverse) * of_rates
         return np.asarray(
@@ -131,10 +132,10 @@ class ContactShare(NamedTuple):
         )
 
     def _missed(self, h: float, touching: FloatArray, stages: Pressing) -> FloatArray:
-        """Errors (n,) of the speeds by what the forces do between the stages.
+        """Errors (n,) of the speeds by changes of the forces between the stages.
 
-        The embedded formula sees the stages alone. Where a force leaps between two of them, its
-        impulse by a finer rule, along the step's polynomial, is another than by the stages.
+        The embedded formula only knows the stages. If a force leaps between two of them, its
+        impulse by a finer rule, along the step's polynomial, differs from that by the stages.
         """
         nodes, method = np.concatenate([self.touching[None], touching]), self.method
         between = self.press(
@@ -152,7 +153,7 @@ def _spread(stages: int, count: int) -> FloatArray:
 
 @cache
 def _to_looks(stages: int) -> FloatArray:
-    """Weights of values at the nodes for those at `LOOKS`."""
+    """Weights of values at the nodes, for values at `LOOKS`."""
     return collocation(stages).to_parts(LOOKS)
 
 

@@ -1,9 +1,9 @@
 """Where event functions fall to zero within a step, and where quantities turn; no mechanics.
 
-An event function (m, or any length) is positive as long as the present equations hold. It is
-evaluated a few times within the step. Where it falls below zero and rises again between two of
-these instants, the zero of its rate shows it. Right after an event it may start at zero: then it
-falls after its highest value.
+An event function (m, or any unit) is positive as long as the present equations hold. It is
+evaluated a few times within the step. If it falls below zero and rises again between two of these
+instants, a zero of its rate shows that. Right after an event the function may start at zero: then a
+fall below zero counts only after it has risen.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from exudyn_flexlink.rounding import EVENT_TIME, ROUNDING
 
 Turns = tuple[IndexArray, FloatArray, FloatArray]
 
-LOOKS_AT_TURNS = (9, 9, 9)  # on a stretch and, twice, on what is left around the highest of them
+LOOKS_AT_TURNS = (9, 9, 9)  # on a stretch, and twice between the neighbours of the highest look
 
 
 def highest(
@@ -31,22 +31,26 @@ def highest(
     high: FloatArray,
     looks: tuple[int, ...] = LOOKS_AT_TURNS,
 ) -> FloatArray:
-    """Places (c,) between `low` and `high` (c,) where a value, of places (c, p), is highest.
+    """Places (c,) between `low` and `high` (c,) where `value`, given places (c, p), is highest.
 
-    A parabola joins the last looks. Of several peaks it is one that the first looks see.
+    The vertex of a parabola through the last looks is returned. If there are several peaks, it is
+    one that the first looks see.
     """
     rows = np.arange(len(low))
     for points in looks:
-        at = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, points)
-        values = value(at)
+        times = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, points)
+        values = value(times)
         best = np.argmax(values, axis=1)
-        low, high = at[rows, np.maximum(best - 1, 0)], at[rows, np.minimum(best + 1, points - 1)]
+        low, high = (
+            times[rows, np.maximum(best - 1, 0)],
+            times[rows, np.minimum(best + 1, points - 1)],
+        )
     middle = np.clip(best, 1, points - 2)
     before, top, after = (values[rows, middle + k] for k in (-1, 0, 1))
     bend = before - 2 * top + after
     aside = np.divide(0.5 * (before - after), bend, out=np.zeros_like(bend), where=bend < 0)
-    vertex = at[rows, middle] + np.clip(aside, -1, 1) * (at[:, 1] - at[:, 0])
-    return np.asarray(np.where(best == middle, vertex, at[rows, best]))
+    vertex = times[rows, middle] + np.clip(aside, -1, 1) * (times[:, 1] - times[:, 0])
+    return np.asarray(np.where(best == middle, vertex, times[rows, best]))
 
 
 Number = TypeVar("Number", float, complex)
@@ -54,7 +58,7 @@ Array = TypeVar("Array", FloatArray, ComplexArray)
 
 
 def chebyshev_sum(coefficients: list[Number], part: float) -> Number:
-    """Sum of Chebyshev's polynomials at one part of the step, by Clenshaw's recurrence: faster."""
+    """Sum of Chebyshev's polynomials at a single part of the step, by Clenshaw's recurrence."""
     x = 4 * part - 2
     b1 = b2 = 0 * coefficients[0]
     for c in reversed(coefficients[1:]):
@@ -65,19 +69,19 @@ def chebyshev_sum(coefficients: list[Number], part: float) -> Number:
 class StepPolynomial:
     """The polynomial through values and slopes at `nodes` (n,), parts of a step, 0 and 1 included.
 
-    It is the step's own polynomial if that has a degree below 2 n. Coefficients (..., 2 n) are
-    those of Chebyshev's polynomials, as rounding loses nothing with them.
+    It is the polynomial of the step itself if that has a degree below 2 n. Coefficients (..., 2 n)
+    are those of Chebyshev's polynomials, which rounding affects least.
     """
 
     def __init__(self, nodes: FloatArray) -> None:
         self.nodes = nodes
         count = len(nodes)
-        at, slope = _rows(nodes, 2 * count)
-        self._derivatives = [np.linalg.inv(np.vstack([at, slope]))]
+        values, slope = _rows(nodes, 2 * count)
+        self._derivatives = [np.linalg.inv(np.vstack([values, slope]))]
         for _ in range(2):
             self._derivatives.append(np.asarray(chebyshev.chebder(self._derivatives[-1], scl=2)))
-        at, slope = _rows(nodes, count)
-        self._slopes = slope @ np.linalg.inv(at)
+        values, slope = _rows(nodes, count)
+        self._slopes = slope @ np.linalg.inv(values)
 
     def slopes(self, values: FloatArray) -> FloatArray:
         """Slopes per step (m, n, c) of the polynomials through values (m, n, c) alone."""
@@ -86,8 +90,8 @@ class StepPolynomial:
     def coefficients(self, values: Array, slopes: Array, order: int = 0) -> Array:
         """Coefficients (c, 2 n - order) from values (c, n) and slopes per step (c, n).
 
-        They describe the derivative of this order, 0 to 2. Nowhere in the step is that larger
-        than the sum of their sizes.
+        They are those of the derivative of this `order`, 0 to 2. Within the step this derivative is
+        no larger than the sum of the coefficients' absolute values.
         """
         both = np.concatenate([values, slopes], axis=1)
         return np.asarray(both @ self._derivatives[order].T)
@@ -117,7 +121,7 @@ class StepPolynomial:
         coefficients = self.coefficients(*turning)
         sign = signs[step, piece, which][:, None]
         ends = self.nodes[piece], self.nodes[piece + 1]
-        part = highest(lambda at: sign * self.value(coefficients, at), *ends)
+        part = highest(lambda parts: sign * self.value(coefficients, parts), *ends)
         return (
             which,
             time[step] + part * length[step],
@@ -126,12 +130,12 @@ class StepPolynomial:
 
 
 class TurnSeeker:
-    """Collects where quantities (c,) turn, step by step: between two instants kept none turns."""
+    """Collects, step by step, the instants at which quantities (c,) turn back."""
 
     def __init__(self, count: int) -> None:
-        # Instants and values of each quantity; the last ones are those of the last step's end.
+        # Instants and values of each quantity; the last entry is the end of the last step.
         self._kept: list[list[FloatArray]] = [[] for _ in range(count)]
-        self._way = np.zeros(count)  # 1 if it rose last, -1 if it fell
+        self._way = np.zeros(count)  # 1 if the quantity rose last, -1 if it fell
 
     def take(
         self,
@@ -143,17 +147,17 @@ class TurnSeeker:
     ) -> None:
         """Take steps in a row, which begin at instants (m,) s and have lengths (m,) s.
 
-        `values` and `slopes` per step are those at the polynomial's nodes, (m, n, c). What moves
-        by less than `rounding` (c,) in a step counts as still.
+        `values` and `slopes` per step are those at the polynomial's nodes, (m, n, c). A quantity
+        that changes by less than `rounding` (c,) in a step counts as still.
         """
         time, length = steps
         still = np.maximum(ROUNDING * np.abs(values).max(axis=(0, 1)), rounding)
         slopes = np.where(np.abs(slopes) <= still, 0.0, slopes)
-        which, at, turned = polynomial.turns(time, length, values, slopes)
+        which, times, turned = polynomial.turns(time, length, values, slopes)
         nodes = (time[:, None] + polynomial.nodes * length[:, None]).ravel()
         for k, kept in enumerate(self._kept):
             inside = which == k
-            path = np.stack([np.append(nodes, at[inside]),
+            path = np.stack([np.append(nodes, times[inside]),
                             np.append(values[:, :, k], turned[inside])])  # fmt: skip
             path = path[:, np.argsort(path[0], kind="stable")]
             if kept:
@@ -167,7 +171,7 @@ class TurnSeeker:
             self._way[k] = ways[-1] or self._way[k]
 
     def turning_points(self, which: int) -> tuple[FloatArray, FloatArray]:
-        """Instants (k,) s, in order, and values (k,), from the first to the last that was taken."""
+        """Instants (k,) s, in order, and values (k,): first instant, turns, last instant."""
         time, value = np.concatenate([np.zeros((2, 0)), *self._kept[which]], axis=1)
         return time, value
 
@@ -175,29 +179,29 @@ class TurnSeeker:
 def _rows(nodes: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """Chebyshev's first `count` polynomials at nodes, and their slopes per step, (n, count)."""
     x = 2 * nodes - 1
-    at = np.asarray(chebyshev.chebvander(x, count - 1), dtype=np.float64)
+    values = np.asarray(chebyshev.chebvander(x, count - 1), dtype=np.float64)
     slopes = chebyshev.chebval(x, chebyshev.chebder(np.eye(count), scl=2))
-    return at, np.asarray(slopes, dtype=np.float64).T
+    return values, np.asarray(slopes, dtype=np.float64).T
 
 
 LOOKS = 8  # instants of a step at which an event function is evaluated
-GAP_ROUNDING = 1e-14  # m: an event function that is less than this below zero is zero, rounded
-HALVINGS = 40  # of the time to the next look, in the search for where a function rises from zero
+GAP_ROUNDING = 1e-14  # m: an event function that is less than this below zero counts as zero
+HALVINGS = 40  # of the time to the next look, in the search for an instant after which it rose
 
 Function = Callable[[float], float]
-"""A value, or a rate, by the time (s)."""
+"""A value, or a rate, as a function of time (s)."""
 
 
 class Guard:
     """A function of time whose zero ends a step, since the equations change there.
 
-    Where forces only bend there (`bends`), the last step's polynomial still predicts the next one.
+    If it `bends`, forces are continuous at the zero: the last step still predicts the next one.
     """
 
     bends = False
 
     def late(self, step: Any) -> float:  # noqa: ARG002
-        """How long (s) before a step's end the zero was; negative: after. 0 if near enough."""
+        """How long (s) before a step's end the zero was; negative: after; 0: near enough."""
         return 0.0
 
     def cross(self, time: float) -> None:
@@ -216,31 +220,31 @@ def zero(value: Function, begin: float, end: float) -> float:
     """Instant (s) of the zero of a value that changes its sign between two instants.
 
     Raises:
-        NoConvergenceError: the value is no number in between.
+        NoConvergenceError: the value is not a number at some instant between.
 
     """
 
     def number(t: float) -> float:
-        at = value(t)
-        if isnan(at):
+        result = value(t)
+        if isnan(result):
             raise NoConvergenceError(DIVERGED)
-        return at
+        return result
 
     return float(brentq(number, begin, end, xtol=EVENT_TIME, rtol=1e-15))
 
 
 def fall(value: Function, begin: float, end: float) -> float:
-    """Instant at which a value falls to zero; at `end` it is negative."""
+    """Instant (s) at which a value falls to zero, if it is negative at `end`."""
     return begin if value(begin) <= 0 else zero(value, begin, end)
 
 
 def first_fall(
     value: Function, rate: Function | None, within: tuple[float, float], looks: int = LOOKS
 ) -> float | None:
-    """Find when an event function falls below zero first; None if it does not.
+    """Instant (s) at which an event function first falls below zero; None if it does not.
 
-    With its `rate` a fall between two looks is found, too. A function that starts at zero, but for
-    the error of the event before, falls only as it gets lower than its start.
+    With its `rate` a fall between two looks is seen, too. If the function starts at zero, but for
+    the error of the last event, a fall counts as soon as it is lower than at the start.
     """
     t, end = within
     slope = next_slope = 0.0 if rate is None else rate(t)
@@ -260,7 +264,7 @@ def first_fall(
 
 
 def _after_rising(value: Function, t: float, after: float) -> float:
-    """When a value that starts at zero falls; at once if it does not rise first."""
+    """Instant (s) at which a value that starts at zero falls: t if it does not rise before."""
     between = (t + (after - t) * 0.5**k for k in range(1, HALVINGS))
     risen = next((place for place in between if value(place) > 0), None)
     return t if risen is None else zero(value, risen, after)

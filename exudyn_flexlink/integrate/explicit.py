@@ -1,8 +1,8 @@
-"""Steps of SciPy's DOP853: a second method, so that every run of the first has a judge.
+"""Steps of SciPy's DOP853: a second method, which can check every run of the first.
 
 DOP853 is the explicit Runge-Kutta method of order 8 by Dormand and Prince, with dense output of
-order 7. Between two events the equations are smooth, so it keeps its order. Its tolerances are
-those of one step, of every number of the state.
+order 7. Between two events the equations are smooth, so the method keeps its order. Its tolerances
+hold for one step and for every number of the state.
 """
 
 from __future__ import annotations
@@ -20,15 +20,16 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing
 from exudyn_flexlink.integrate.problem import DIVERGED, NoConvergenceError, instant, later
 
-# Tolerances of one step, per metre that the run may be off. By `scripts/tolerance.py --integrator
-# dop853`, from 1e-3 to 1e-8 m, the run is off by less than 1e-4 of that: a judge has to be far
-# better than what it judges, and touches of walls multiply what it leaves. It costs little: stiff
-# hinges alone keep explicit steps short, so that at a hundred times of both a strike takes two
-# thirds of the steps at 1e-6 m, and errors with clearance exceed the tolerance earlier.
+# Tolerances of one step, per metre of the run's tolerance. `scripts/tolerance.py --integrator
+# dop853` shows errors below 1e-4 of the tolerance from 1e-3 to 1e-8 m. The check of another method
+# has to be much better than that method, and touches of walls multiply its errors. It costs little,
+# since stiff hinges keep explicit steps short in any case: with both numbers a hundred times as
+# large, a strike at 1e-6 m still takes two thirds of the steps, and errors with clearance exceed
+# the tolerance.
 RELATIVE, ABSOLUTE = 1e-3, 1e-5
-LEAST = 3e-14  # of each: what is less is rounding
-# m, rad, or per second: a number so large is known to no metre and to no turn. A state that grows
-# on fails where steps get too short, or where it overflows, whichever rounding lets come first.
+LEAST = 3e-14  # of each: smaller tolerances are rounding
+# m, rad, or per second: of so large a number not even the metre or the turn is known. If a state
+# grows further, steps get too short or it overflows; rounding decides which comes first.
 BEYOND = 1.0 / np.finfo(float).eps
 STILL = np.zeros(2)
 
@@ -39,7 +40,7 @@ class DenseStep:
 
     t: float
     h: float
-    free: int  # coordinates
+    free: int  # number of coordinates
     end: float
     finish: FloatArray  # the state at the solver's `end` (s)
     dense: Callable[[], Any]
@@ -65,16 +66,16 @@ class SmoothProblem(Protocol):
         """Record the state at time 0."""
 
     def accelerate(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Accelerations (n,); ValueError or ArithmeticError where there are none."""
+        """Accelerations (n,); ValueError or ArithmeticError if they can't be computed."""
 
     def longest(self) -> float:
         """Limit of the next step, s."""
 
     def first_event(self, step: DenseStep) -> Crossing | None:
-        """Locate what happens first within a step."""
+        """Locate the first event within a step."""
 
     def accept(self, step: DenseStep) -> None:
-        """Go to the end of a step, where something may happen, and record it."""
+        """Go to the end of a step, perhaps an event, and record the step."""
 
 
 class ExplicitStepper:
@@ -85,9 +86,9 @@ class ExplicitStepper:
     def __init__(
         self, problem: SmoothProblem, tolerance: float, limits: float = 1.0, late: float = 0.0
     ) -> None:
-        """Other limits of steps than that by their error are `limits` times as long.
+        """Limits of steps, except that by their error, are `limits` times as long as usual.
 
-        Steps to events are so much too long (s), `late`.
+        Steps to events are made `late` (s) too long.
         """
         self.problem, self._limits, self._late = problem, limits, late
         self.relative = max(LEAST, RELATIVE * tolerance)
@@ -97,11 +98,11 @@ class ExplicitStepper:
         self._solver: Any = None
 
     def begin(self) -> None:
-        """Take up the state at time 0."""
+        """Record the state at time 0."""
         self.problem.begin()
 
     def restart(self, event: Crossing | None = None) -> None:  # noqa: ARG002
-        """Go on from the present state: the method finds its first step by itself."""
+        """Go on from the present state; the method chooses its first step itself."""
         self._solver = None
 
     def advance(self, stop: float) -> Crossing | None:
@@ -112,14 +113,14 @@ class ExplicitStepper:
 
         """
         solver = self._solver = self._solver_to(stop)
-        # A trial step far too long may overflow: it is not a number, hence rejected.
+        # A trial step that is far too long may overflow; then it is not a number and is rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             complaint = solver.step()
         if solver.status == "failed":
             raise NoConvergenceError(str(complaint))
         _require_bounds(solver.y)
         t, y, count = float(solver.t), solver.y, len(self.problem.q)
-        dense = cache(solver.dense_output)  # which costs three evaluations: only if asked for
+        dense = cache(solver.dense_output)  # costs three evaluations: only on demand
         step = DenseStep(self.time, t - self.time, count, t, y, dense)
         event = self.problem.first_event(step)
         self.time = t
@@ -140,7 +141,7 @@ class ExplicitStepper:
         return np.concatenate([self.problem.q, self.problem.v]) if len(self.problem.q) else STILL
 
     def _rate(self, t: float, y: FloatArray) -> FloatArray:
-        """dy/dt; not a number in a trial step too far."""
+        """dy/dt; not a number in a trial step that goes too far."""
         count = len(self.problem.q)
         v = y[count : 2 * count]
         try:
@@ -161,6 +162,6 @@ class ExplicitStepper:
 
 
 def _require_bounds(y: FloatArray) -> None:
-    """Refuse a state that diverges, which a tolerance may be loose enough to let pass."""
+    """Refuse a state that diverges: a loose tolerance may accept it."""
     if not np.abs(y).max(initial=0.0) < BEYOND:
         raise NoConvergenceError(DIVERGED)

@@ -1,8 +1,8 @@
-"""What an implicit step asks of the equations that it solves, and which times count as one.
+"""The interface of equations that an implicit step solves, and the rounding of time.
 
-A clock that reads 3000 s goes on by 5e-13 s at least. A step that ends at an instant at which
-forces leap, to rounding, still knows neither side: what counts there is the limit from within the
-step, so that a `Window` keeps times between two such instants.
+Times of 3000 s differ by 5e-13 s at least. A step may end at an instant at which forces leap. By
+its rounded time alone it is not clear on which side of the leap a force is evaluated. The limit
+from within the step counts, so a `Window` keeps times between two such instants.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ import numpy as np
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.rounding import EVENT_TIME, UNIT_ROUNDING
 
-JUST = 2 * EVENT_TIME  # s: twice as near as steps end at an instant
+JUST = 2 * EVENT_TIME  # s: twice the error with which a step ends at an instant
 
 
 def instant(t: float, least: float) -> float:
-    """How near (s) times are that count as one at t (s): `least`, or what the clock tells apart."""
+    """Largest distance (s) of times that count as equal at t (s): `least`, or rounding of t."""
     return max(least, UNIT_ROUNDING * abs(t))
 
 
 def later(t: float, by: float) -> float:
-    """Return the instant that is later than t (s) by so much (s), if at all, or as clocks tell."""
+    """Return an instant later than t (s) by `by` (s), or by the rounding of t; t if `by` is 0."""
     return t + instant(t, by) if by else t
 
 
@@ -35,7 +35,7 @@ FEW, MANY = 5, 7  # stages of a step
 def stages_for(contacts: Sized) -> int:
     """Return the number of stages of a mechanism's steps.
 
-    More stages pay where steps are long. With `contacts` they are not: they end at touches.
+    More stages pay if steps are long. With `contacts` steps are short, since they end at touches.
     """
     return FEW if len(contacts) else MANY
 
@@ -46,22 +46,22 @@ def order_of(stages: int) -> int:
 
 
 class Window:
-    """Times from one such instant to the next."""
+    """Times between two instants at which forces may leap."""
 
     def __init__(self) -> None:
         self._after, self._before = 0.0, inf
 
     def go_on(self, begin: float, end: float) -> None:
-        """Go on to the time between two instants (s); the run's start and end are none."""
+        """Go on to the times between two instants (s); 0 and infinity don't limit them."""
         self._after = begin + instant(begin, JUST) if begin > 0 else 0.0
         self._before = end - instant(end, JUST) if isfinite(end) else inf
 
     def inside(self, time: float) -> float:
-        """Return a time (s), or the nearest one within."""
+        """Return a time (s), or the nearest time within the window."""
         return min(max(time, self._after), self._before)
 
     def all_inside(self, times: FloatArray) -> FloatArray:
-        """As `inside`, of times (n,) in order; the same array where they are."""
+        """As `inside`, for increasing times (n,); the same array if all of them are inside."""
         if not len(times) or (self._after <= times[0] and times[-1] <= self._before):
             return times
         return np.minimum(np.maximum(times, self._after), self._before)
@@ -71,11 +71,10 @@ NO_CONTACT = np.zeros((0, 2))
 
 
 class Evaluation(NamedTuple):
-    """Mass matrix (n, n) and force (n,) at one state, and what the equations keep of it.
+    """Mass matrix (n, n) and force (n,) at one state, and what the equations keep of the state.
 
-    That has a method `pick` like this one, if it is anything. `touching` (c, 2) are the gaps of the
-    contacts that act, and their rates. Of several states together all have one axis more, the
-    first.
+    `kept` is None, or has a method `pick` like this class. `touching` (c, 2) are the gaps of the
+    contacts that act, and their rates. For several states all arrays have one more, first axis.
     """
 
     mass: FloatArray
@@ -89,7 +88,7 @@ class Evaluation(NamedTuple):
         return np.asarray(np.linalg.solve(self.mass, self.force[..., None])[..., 0])
 
     def pick(self, which: int | slice | IndexArray | None) -> Evaluation:
-        """Return one of several states, some of them, or (None) the only one as one of one."""
+        """Return one of several states, or some; None puts a first axis of one before one state."""
         kept = None if self.kept is None else self.kept.pick(which)
         return Evaluation(self.mass[which], self.force[which], kept, self.touching[which])
 
@@ -103,7 +102,7 @@ class State(NamedTuple):
 
 
 class Pressing(NamedTuple):
-    """Forces of contacts, and how they fall with the gap and with its rate, all of one shape."""
+    """Forces of contacts, and their slopes against the gap and its rate, all of one shape."""
 
     force: FloatArray
     stiffness: FloatArray
@@ -111,42 +110,42 @@ class Pressing(NamedTuple):
 
 
 Press = Callable[[FloatArray], Pressing]
-"""Forces by gaps and their rates (..., c, 2)."""
+"""Returns forces for gaps and their rates (..., c, 2)."""
 
 
 class Equations(Protocol):
     """``mass q'' = force``; `jacobians` are -df/dq and -df/dq' near an evaluation.
 
-    A contact is a force of one gap and its rate, along the gap's gradient; it may leap. Coordinates
-    may follow curves.
+    The force of a contact depends on its gap and the gap's rate, acts along the gap's gradient, and
+    may leap. Coordinates may follow curves.
     """
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force at one instant (s)."""
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Mass matrices and forces at a step's stages (n,) s, of coordinates and speeds (n, ...).
+        """Mass matrices and forces at a step's stages (n,) s, for coordinates and speeds (n, ...).
 
-        The step is tried only.
+        The step is only tried: nothing may be recorded.
         """
 
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping matrix without contacts that leap, near enough to converge."""
+    def jacobians(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping matrix without contacts, as exact as Newton's method needs."""
 
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
-        """Gradients (c, n) of the gaps of the contacts that act, and their forces; None without."""
+    def contacts_at(self, evaluation: Evaluation) -> tuple[FloatArray, Press] | None:
+        """Gradients (c, n) of the gaps of contacts that act, and their forces; None without any."""
 
     def size(self, change: FloatArray) -> float:
-        """How far (m) changes (..., n) of the coordinates move anything, at most."""
+        """Largest distance (m) by which changes (..., n) of the coordinates move any part."""
 
     def knots(self) -> Sequence[tuple[FloatArray, FloatArray]]:
-        """Of each curve the knots' places (k,), in order, and the jumps there (k, 2)."""
+        """Places (k,) of the knots of each curve, in order, and jumps (k, 2) of its derivative."""
 
-    def places(self, at: Evaluation) -> Sequence[float]:
+    def places(self, evaluation: Evaluation) -> Sequence[float]:
         """Places on the curves at an evaluation."""
 
-    def moved_by_point(self, k: int, at: Evaluation) -> float:
-        """How much (m/s^2) things accelerate if curve k pushes its point by 1 m/s^2."""
+    def moved_by_point(self, k: int, evaluation: Evaluation) -> float:
+        """Largest acceleration (m/s^2) of any part if curve k pushes its point by 1 m/s^2."""
 
 
 DIVERGED = "the state went beyond all bounds: the tolerance is too loose"

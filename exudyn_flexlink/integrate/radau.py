@@ -6,14 +6,14 @@ collocation at c, L-stable, stiffly accurate. The unknowns are the stages' speed
     A = (1/h) B W,  B = (a_ij)^-1,     Q = q0 + h a V,     R = f(Q, V) - M(Q) A = 0
 
 solved by simplified Newton, ``(M/h B + D + h a K) dW = R``, with springs K and dampers D, to which
-contacts add their own share. In the eigenvectors of B that is one real system and (s - 1)/2 complex
-ones of the size of q:
+contacts add their share. In the eigenvectors of B this is one real system and (s - 1)/2 complex
+systems, each of the size of q:
 
     (M lambda/h + D + h/lambda K) w = (T^-1 R)_lambda.
 
 The error is that of Hairer and Wanner's embedded formula, of order s. The real matrix filters it,
-with contacts as slack as they become within the step. Where contact forces leap, the error is also
-the difference of their impulses along the step's polynomial and by the stages (see
+with contacts as soft as they become within the step. If contact forces leap, their impulses
+along the step's polynomial and by the stages differ, and the difference is a second estimate (see
 `contact_share`). Within a step speeds follow the polynomial through the start and the stages, and
 places follow its integral.
 """
@@ -33,17 +33,19 @@ from exudyn_flexlink.integrate.problem import Equations, Evaluation, State
 
 FARTHEST = 8.0  # extrapolate the last step's polynomial to at most 8 lengths from its start
 MOST_ITERATIONS = 8
-NEWTON = 1e-4  # of the error allowed: the iteration's own error, alike in both runs that measure
+NEWTON = (
+    1e-4  # of the allowed error: the error of the iteration, the same in both runs that measure
+)
 # Share of the slow position error that counts: iteration errors have either sign and average out.
 LASTING = 0.03
-STAGNATED = 0.05  # of the error allowed: smaller changes that no longer shrink are rounding
+STAGNATED = 0.05  # of the allowed error: smaller changes that no longer shrink are rounding
 
 
 class Step(NamedTuple):
-    """One step from `t` over `h`, both s, with the states at its ends.
+    """A step from `t` to `t + h` (s), with the states at its ends.
 
-    `begin` is the evaluation at its start, `stages` is that of the iteration's last round,
-    `accelerations` (stages, n) go with them; `error` (m) is the one estimated.
+    `begin` is the evaluation at its start, `stages` that of the iteration's last round, with
+    `accelerations` (stages, n); `error` (m) is estimated.
     """
 
     t: float
@@ -63,7 +65,7 @@ class Step(NamedTuple):
 
     @property
     def method(self) -> Collocation:
-        """The method by which it was made."""
+        """The method that made the step."""
         return collocation(len(self.accelerations))
 
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -81,7 +83,7 @@ class Step(NamedTuple):
         return lambda time: float(polynomial((time - self.t) / self.h))
 
     def ending(self, end: float) -> Step:
-        """Return the same with its end moved a little, to `end` (s), along its polynomial."""
+        """Return the step with its end moved a little, to `end` (s), along its polynomial."""
         h = end - self.t
         method = self.method
         begins = method.nodes * (h / self.h)
@@ -93,12 +95,12 @@ class Step(NamedTuple):
 class ErrorTimes(NamedTuple):
     """Times (s) that turn a speed error into a position error."""
 
-    in_contact: float  # of steps in which a contact presses, whose force leaps
+    in_contact: float  # for steps in which a contact presses: its force may leap
     free: float
 
 
 class Radau:
-    """Makes steps of Radau IIA with some equations."""
+    """Makes steps of Radau IIA for given equations."""
 
     def __init__(
         self,
@@ -107,9 +109,9 @@ class Radau:
         position_per_speed_error: FloatArray,
         method: Collocation,
     ) -> None:
-        """Take the equations, what turns speed errors into position errors, and the method.
+        """Take equations, times that turn speed errors into position errors, and the method.
 
-        `position_per_speed_error` (n, n), s, is the part of slow modes in that.
+        `position_per_speed_error` (n, n), s, is the share of slow modes in these times.
         """
         self.equations, self.error_times, self.method = equations, error_times, method
         self._systems = method.eigenvalues[:, None, None]
@@ -139,7 +141,9 @@ class Radau:
         try:
             matrices = self._factorised(h, start, self._stages.pick(method.stages // 2))
             w = self._solve(times, state, matrices, allowed, (guess, residual))
-        except np.linalg.LinAlgError:  # a bad guess, or a contact beside which all else is rounding
+        except (
+            np.linalg.LinAlgError
+        ):  # a bad guess, or a contact so stiff that the rest is rounding
             return None
         if w is None:
             return None
@@ -156,7 +160,7 @@ class Radau:
         return Step(t, h, state, end, start, self._stages, known, accelerations, error)
 
     def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
-        """Matrices at the step's middle, which is nearest to all stages; contacts at its start."""
+        """Matrices at the step's middle, the nearest to all stages, with contacts at its start."""
         stiffness, damping = self.equations.jacobians(middle)
         systems = middle.mass * (self._systems / h) + damping + stiffness * (h / self._systems)
         inverses = np.asarray(np.linalg.inv(systems), dtype=np.complex128)
@@ -171,8 +175,8 @@ class Radau:
     def _guess(self, t: float, h: float, v: FloatArray) -> FloatArray:
         """Increments of the stages' speeds, from the polynomial of the last step solved.
 
-        That is the step before, or a longer one from the same instant. Zero if there is none, or
-        only a far shorter one, such as one that ended at an event.
+        It is the step before, or a longer step from the same instant. The increments are zero if
+        there was none, or only a much shorter one, such as a step that ended at an event.
         """
         if self._last is None or t - self._last[0] + h > FARTHEST * self._last[1]:
             return np.zeros((self.method.stages, len(v)))
@@ -191,7 +195,7 @@ class Radau:
     ) -> FloatArray | None:
         """Increments W of the stages' speeds; None if the iteration does not converge.
 
-        `first` are a guess at them, which is overwritten, and its residual.
+        `first` are a guess, which is overwritten, and its residual.
         """
         h = matrices.h
         (w, residual), before, rate = first, 0.0, 1.0
@@ -211,7 +215,7 @@ class Radau:
                 # At this rate the remaining rounds are too few (Hairer and Wanner, IV.8).
                 if rate**left / (1 - rate) * size > max(enough, STAGNATED * allowed):
                     return None
-            # What is left is at most this, at the present rate.
+            # At the present rate the sum of all further changes is at most this.
             if size == 0 or (rate < 1 and rate / (1 - rate) * size < enough):
                 return w
             before = size
@@ -224,7 +228,7 @@ class Radau:
     def _residual(
         self, times: FloatArray, h: float, state: State, w: FloatArray
     ) -> FloatArray | None:
-        """``f - M A`` at the stages, whose evaluations are kept; None where there are none."""
+        """``f - M A`` at the stages; None if they can't be evaluated. Keeps the evaluations."""
         self.iterations += 1
         speeds, accelerations = state.v + w, (self.method.b @ w) / h
         places = state.q + h * (self.method.a @ speeds)
@@ -238,11 +242,11 @@ class Radau:
     def _errors(
         self, start: Evaluation, state: State, w: FloatArray, moved: FloatArray, matrices: _Matrices
     ) -> FloatArray:
-        """Estimated errors of coordinates, and of speeds in one or two ways (2 or 3, n)."""
+        """Estimated errors of coordinates, then of speeds by one or two estimates (2 or 3, n)."""
         h, inverse, contacts = matrices.h, matrices.inverses[0].real, matrices.contacts
         error, real = self.method.error, self.method.real
         of_place = state.v + error @ moved / h
-        # By the state's accelerations: the force at the start was found before the last round.
+        # The state's accelerations are used: the force at the start is older than the last round.
         inertia = start.mass @ (state.a + error @ w / h)
         spring = matrices.stiffness @ of_place
         if contacts is not None:
@@ -258,7 +262,7 @@ class _Matrices(NamedTuple):
     """Inverses of the iteration's systems for steps of length h, and the stiffness behind them."""
 
     h: float
-    inverses: ComplexArray  # (systems, n, n), that of the real one first
+    inverses: ComplexArray  # (systems, n, n), the real system first
     stiffness: FloatArray
     contacts: ContactShare | None
     method: Collocation

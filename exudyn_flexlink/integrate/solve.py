@@ -18,31 +18,31 @@ if TYPE_CHECKING:
 
 SECONDS_BETWEEN_REPORTS = 0.1
 MOST_AT_ONCE = 200  # events at one instant before the loop gives up
-WATCHED = 500  # steps: so many in a row tell whether a run goes on
-CREEPING = 1e-3  # of the mean progress of a step: no run comes to its end so slowly
+WATCHED = 500  # steps in a row that tell whether a run makes progress
+CREEPING = 1e-3  # of the mean progress of a step: a slower run would not reach its end
 
 
 class Events(Protocol):
-    """What events change."""
+    """The state that events change."""
 
     @property
     def over(self) -> bool:
         """Whether the run ends here."""
 
     def cross(self, event: Crossing) -> None:
-        """Let the event's guard change the equations, once what waits for them is worked off."""
+        """Record the steps that wait, then let the event's guard change the equations."""
 
 
 @dataclass
 class ProgressMeter:
-    """Reports which part of a run is done, if somebody listens, up to ten times a second."""
+    """Reports the done part of a run to `report`, if any, up to ten times a second."""
 
     report: Callable[[float], None] | None
     end: float  # s
     _last_report: float | None = None
 
     def update(self, time: float) -> None:
-        """Report that the run is at a time (s); the first call begins to count."""
+        """Report that the run has reached a time (s); the clock starts with the first call."""
         if self.report is None:
             return
         now = monotonic()
@@ -55,11 +55,11 @@ class ProgressMeter:
 
 @dataclass
 class Solution:
-    """One run over `stops` (s), where the equations bend, to the last of them.
+    """One run up to the last of its `stops` (s); the equations have a kink at each of them.
 
-    `go_on` is told two stops between which it goes on, where something may leap there. `creeps`
-    tells from when on a run goes on much more slowly than before, and what `reason` has to say of
-    where it is then.
+    `go_on`, if any, is called before each further stretch, with the stops at its ends: forces may
+    leap at a stop. `creeps` says from which instant on the run is much slower than before, with the
+    `reason` if it is known.
     """
 
     stepper: ImplicitStepper | ExplicitStepper
@@ -71,19 +71,19 @@ class Solution:
     interrupted: bool = False
     creeps: tuple[str, ...] = ()
     _at_once: int = 0
-    _watched: tuple[int, float] = (0, 0.0)  # steps, and s: where the run was looked at
+    _watched: tuple[int, float] = (0, 0.0)  # steps and time (s) of the last check
 
     def __post_init__(self) -> None:
         self._meter = ProgressMeter(self.progress, self.end)
 
     @property
     def time(self) -> float:
-        """Where the run is, s."""
+        """Time that the run has reached, s."""
         return self.stepper.time
 
     @property
     def end(self) -> float:
-        """Where it shall end, s."""
+        """Time at which the run shall end, s."""
         return self.stops[-1]
 
     def interrupt(self) -> None:
@@ -91,10 +91,10 @@ class Solution:
         self.interrupted = True
 
     def run(self) -> None:
-        """Integrate to the end, or to where the run is over or asked to stop.
+        """Integrate to the end, or until the run is over or is asked to stop.
 
         Raises:
-            NoConvergenceError: no step is short enough, or events follow one another at once.
+            NoConvergenceError: no step is short enough, or too many events follow at one instant.
 
         """
         self.stepper.begin()
@@ -114,7 +114,7 @@ class Solution:
                 self._meter.update(self.time)
 
     def _watch(self) -> None:
-        """Say at once, and one time, that a run creeps: it might take days."""
+        """Warn at once, and only once, if the run creeps: it might take days."""
         steps, (before, since) = self.stepper.steps, self._watched
         if steps >= before + WATCHED:
             self._watched = steps, self.time

@@ -1,4 +1,4 @@
-"""Makes one good step: it converges, is accurate, and ends on events; and the length of steps.
+"""Makes a step that converges, is accurate and ends on events, and chooses the lengths of steps.
 
 After every step the event functions are searched for a zero within it. If there is one, the step is
 made again, up to that instant, where the equations change and the integration starts afresh: no
@@ -13,8 +13,8 @@ sigma_k, the speed at its stage i misses
     h^2 u'^3 sum_k kappa_i(sigma_k) J_k,
     kappa_i(s) = (c_i - s)_+^2 / 2 - sum_j a_ij (c_j - s)_+    (Peano's kernel).
 
-A lone knot counts in full; many close knots of a smooth curve cancel each other, as their jumps
-change slowly. A step goes over as many knots as may be, and else ends at one of them.
+A single knot counts in full; many close knots of a smooth curve cancel each other, as their jumps
+change slowly. A step goes over as many knots as this error allows; otherwise it ends at a knot.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
 # RADAU5's factor 0.9 (2 k + 1)/(2 k + n), of at most k = 8 rounds of which n = 2 were made.
 GROWTH = 17 / 18 * 0.9
 PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
-FREELY = 0.3  # of the run: what moves freely keeps an error of its speed for half of it on average
+FREELY = 0.3  # of the run: a free motion keeps an error of its speed, on average for half the run
 
 
 @dataclass
 class ErrorControl:
-    """The same error (m) for every step, by the `tolerance` of the run; or `fixed` steps (s).
+    """Allows the same error (m) in every step, by the `tolerance` of the run; or `fixed` steps (s).
 
-    The method has so many `stages`. Other limits of steps are `limits` times as long as the problem
-    states them. Steps to events are so much too long (s), `late`.
+    `stages` is the number of stages of the method. `limits` scales the other limits of steps. Steps
+    to events are too long by `late` (s), on purpose: see `engines.finer`.
 
     Measured on the shipped scenes by `scripts/tolerance.py`: over two turns, the error of S and of
-    the lever's tip is 0.01 to 0.5 of the tolerance, from 1e-3 to 1e-8 m, where that decides on the
-    steps.
+    the lever's tip is 0.01 to 0.5 of the tolerance, for tolerances from 1e-3 to 1e-8 m that decide
+    on the steps.
     """
 
     tolerance: float
@@ -81,11 +81,11 @@ class ErrorControl:
         return error <= self.allowed
 
     def near(self, distance: float) -> bool:
-        """Tell whether a distance (m) is nothing beside what the whole run may be off by."""
+        """Tell whether a distance (m) is within the tolerance of the run."""
         return not distance > self.tolerance
 
     def forget(self) -> None:
-        """The equations have changed: the last step tells nothing."""
+        """Forget the last step, since the equations have changed."""
         self._before = None
 
     def note(self, h: float, error: float) -> None:
@@ -93,9 +93,9 @@ class ErrorControl:
         self._before = (h, max(error / self.allowed, 1e-2))
 
     def factor(self, h: float, error: float) -> float:
-        """By how much the next step may be longer, or this one is to be shorter.
+        """Factor by which the next step may be longer, or by which this one has to be shorter.
 
-        Hairer and Wanner, eq. IV.8.25: the trend from the step before goes on.
+        Hairer and Wanner, eq. IV.8.25: the trend from the step before continues.
         """
         ratio = max(error / self.allowed, 1e-12)
         order = self.method.stages + 1  # of the estimated error
@@ -107,11 +107,12 @@ class ErrorControl:
 
 
 def slow_motions(mass: FloatArray, stiffness: FloatArray, end: float, least: float) -> FloatArray:
-    """Matrix (n, n) from errors of speeds to those of places that slow motions make of them, s.
+    """Matrix (n, n), s: errors of speeds become errors of places by slow motions.
 
     A mode of angular frequency omega turns an error of its speed into one of place within 1/omega,
-    a motion without springs until the end of the run (s). Of both a part counts, since errors of
-    steps fall on all phases and all instants. Motions that do so in less than `least` (s) are none.
+    a motion without springs until the end of the run (s). A part of either time counts, since
+    errors of steps fall on all phases and all instants. Motions faster than `least` (s) are left
+    out.
     """
     if not len(mass):
         return np.zeros((0, 0))
@@ -121,32 +122,32 @@ def slow_motions(mass: FloatArray, stiffness: FloatArray, end: float, least: flo
     return np.asarray((modes * np.where(times > least, times, 0.0)) @ modes.T @ mass)
 
 
-AT_KNOT = 1e-7  # of the step: a knot so close to its start is there
+AT_KNOT = 1e-7  # of the step: a knot so close to its start counts as at the start
 
 
 class KnotControl:
-    """Keeps what knots cost below an error of the accelerations, m/s^2, of anything."""
+    """Keeps the error of accelerations that knots cause below a limit, m/s^2, in every part."""
 
     def __init__(self, followed: Equations, allowed: float) -> None:
-        """Take that error of a step, on average over the step."""
+        """`allowed` (m/s^2) is that error, on average over a step."""
         self.followed, self.allowed = followed, allowed
-        self._moved: dict[int, float] = {}  # by a push of each point: the most so far
+        self._moved: dict[int, float] = {}  # largest acceleration so far by a push of each point
 
     def part(self, step: Step) -> float:
-        """Part of a step after which it should have ended; 1 if it is good."""
+        """Part of a step at which it has to end; 1 if the whole step is good."""
         part = 1.0
         for k, (knots, _) in enumerate(self.followed.knots()):
             if not len(knots):
                 continue
             ends = step.begin, step.stages.pick(-1)
-            begin, end = (self.followed.places(at)[k] for at in ends)
+            begin, end = (self.followed.places(evaluation)[k] for evaluation in ends)
             to = self._allowed_end(k, begin, end, step)
             if to != end:
                 part = min(part, (to - begin) / (end - begin))
         return part
 
     def _allowed_end(self, k: int, begin: float, end: float, step: Step) -> float:
-        """How far a step between two places may go: there, or to a knot before."""
+        """Place up to which a step from `begin` to `end` may go: `end`, or a knot before it."""
         places, jumps = self.followed.knots()[k]
         low, high = np.searchsorted(places, [min(begin, end), max(begin, end)])
         if low == high:
@@ -154,8 +155,8 @@ class KnotControl:
         places, jumps, speed = places[low:high], jumps[low:high], abs(end - begin) / step.h
         if end < begin:
             places, jumps = places[::-1], jumps[::-1]
-        for at in (step.begin, step.stages.pick(-1)):
-            moved = self.followed.moved_by_point(k, at)
+        for evaluation in (step.begin, step.stages.pick(-1)):
+            moved = self.followed.moved_by_point(k, evaluation)
             self._moved[k] = max(self._moved.get(k, 0.0), moved)
         scale = speed**2 * self._moved[k]
         while len(places):
@@ -170,7 +171,8 @@ class KnotControl:
         return end
 
 
-# A stage fell on a singularity: try again with the last length times these, one after the other.
+# Where a stage falls on a singularity, the step is tried again, each time with another of these
+# factors of its length.
 RETRY_FACTORS = (1.25, 0.7, 1.6, 0.55, 1.7, 0.7, 1.5)
 # Near a singularity an error up to this many times the allowed one counts as rounding.
 ROUNDED = 10.0
@@ -187,18 +189,18 @@ class OnSingularity(NamedTuple):
 
 
 class HybridProblem(Protocol):
-    """What changes the equations at events, and may choose other coordinates to be solved for.
+    """Changes the equations at events, and may choose other independent coordinates.
 
-    What a class that inherits says nothing of never happens in its equations.
+    The default of a method means that the equations never need it.
     """
 
-    def begin(self, at: Evaluation) -> None:
+    def begin(self, start: Evaluation) -> None:
         """Record the state at time 0."""
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
-        """Take up the present state (s), choosing the coordinates to go on with."""
+        """Evaluate the present state at `time` (s), and choose the coordinates for what follows."""
 
-    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+    def position_per_speed_error(self, evaluation: Evaluation) -> FloatArray:
         """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
 
     def repartition_due(self) -> bool:
@@ -206,26 +208,26 @@ class HybridProblem(Protocol):
         return False
 
     def accept(self, step: Step) -> None:
-        """Go to the end of a step that is good, and record it."""
+        """Go to the end of a good step, and record it."""
 
-    def longest(self, at: Evaluation) -> float:
+    def longest(self, evaluation: Evaluation) -> float:
         """Limit of the next step from here, s."""
 
     def slipped(self, step: Step) -> float:
-        """How far (m) a coordinate that is not solved for ended from where its speed takes it."""
+        """How far (m) a dependent coordinate ended from where its speed takes it."""
 
     def overlooked(self, step: Step, allowed: float) -> float:  # noqa: ARG002
-        """Part of a step after which a force is not what its stages tell; 1 if nowhere.
+        """Part of a step up to which its stages tell every force; 1 if they do all along it.
 
-        `allowed` is how far (m) that may have moved anything by the end of the run.
+        `allowed` (m) is how far a hidden pulse may move anything by the end of the run.
         """
         return 1.0
 
     def on_singularity(self, at_stop: bool = False) -> OnSingularity:  # noqa: ARG002
         """Tell where the last step tried was on a singularity.
 
-        There rounding decides on what follows from the coordinates solved for. A step that has to
-        end where it does, `at_stop`, may end nearer to one.
+        There rounding decides on the dependent coordinates. A step whose end is prescribed,
+        `at_stop`, may end nearer to a singularity.
         """
         return OnSingularity()
 
@@ -234,11 +236,11 @@ class HybridProblem(Protocol):
 
 
 class ImplicitStepper:
-    """Where the integration is, and the steps from there; `h` (s) is the next one.
+    """Integrates step by step; `time` and `at` are the present state, `h` (s) is the next step.
 
-    `rounded` are the instants (s) of steps on singularities, where rounding decided on errors;
-    `slips` those at which steps of the user's own length began that `slipped`, with their lengths
-    (s) and how far that was (m).
+    `rounded` are the instants (s) of steps on singularities, where rounding decided on errors.
+    `slips` are steps of a fixed length in which dependent coordinates `slipped`: their begin and
+    length (s), and how far they slipped (m).
     """
 
     def __init__(
@@ -258,14 +260,14 @@ class ImplicitStepper:
         self.slips: list[tuple[float, float, float]] = []
         self.steps, self.smallest, self.largest = 0, inf, 0.0
         self._end = end
-        self._nearer = False  # an event was missed by a step's end, and is met from nearer
+        self._nearer = False  # whether an event was missed, so that a shorter step comes first
         self.at: Evaluation
         self._state: State
 
     def begin(self) -> None:
-        """Take up the state at time 0."""
+        """Start from the state at time 0."""
         self.restart()
-        # An error a of the acceleration moves what swings by a tau^2, what moves freely by a end^2.
+        # An error a of accelerations moves a swinging part by a tau^2, a free one by a end^2.
         radau = self.radau
         lasts = self._end if radau.position_per_speed_error.any() else radau.error_times.free
         self.knots = KnotControl(self.model, self.control.allowed / lasts**2)
@@ -291,7 +293,7 @@ class ImplicitStepper:
         self.radau.position_per_speed_error = self.problem.position_per_speed_error(self.at)
 
     def advance(self, stop: float) -> Crossing | None:
-        """Make one step, no further than to `stop` (s); return the event at its end, if any.
+        """Make one step, at most up to `stop` (s); return the event at its end, if any.
 
         Raises:
             NoConvergenceError: no step is short enough.
@@ -303,20 +305,21 @@ class ImplicitStepper:
         if event is not None and event.time < step.t + close:
             return event._replace(time=self.time)
         if event is not None and event.time < step.end - close:
-            landed = self._landed(event)
-            if landed is None:
+            to_event = self._step_to(event)
+            if to_event is None:
                 return None
-            step = landed
+            step = to_event
         self._note(step)
         self.time, self._state, self.at = step.end, step.finish, step.stages.pick(-1)
         self.steps += 1
         self.smallest, self.largest = min(self.smallest, step.h), max(self.largest, step.h)
         self.problem.accept(step)
-        # The step that was made again tells the instant better than the one the event was found in.
+        # The step that ends at the event gives its instant better than the step in which it was
+        # found.
         return event and event._replace(time=self.time)
 
     def _note(self, step: Step) -> None:
-        """Take note of steps past a singularity, or inexact at one; of the user's that slipped."""
+        """Note steps past a singularity, or inexact at one, and fixed steps that slipped."""
         singularity = self.problem.on_singularity()
         missed = not self.control.fixed and not self.control.passes(step.error)
         if singularity.passed or (singularity.stage and missed):
@@ -329,7 +332,7 @@ class ImplicitStepper:
     # --- one step -----------------------------------------------------------------------------
 
     def _attempt(self, stop: float) -> Step:
-        """Make a step to `stop` (s) at most, as short as its error asks; choose the next."""
+        """Make a step up to `stop` (s), shorter if its error requires; choose the next length."""
         if self.problem.repartition_due():
             self.restart()
         longest = self.control.limits * self.problem.longest(self.at)
@@ -342,7 +345,8 @@ class ImplicitStepper:
                 return step
             again = retries < len(RETRY_FACTORS)
             if again and self._on_singularity(step, h == stop - self.time):
-                # Rounding decides there, whatever the length: let the stages fall elsewhere.
+                # Rounding decides there at any length: with another length the stages lie
+                # elsewhere.
                 h *= RETRY_FACTORS[retries]
                 retries += 1
             elif step is None or self._slips(step):
@@ -363,10 +367,10 @@ class ImplicitStepper:
                     h, first = h * min(factor, 0.9), False
 
     def _fitted(self, h: float, left: float) -> float:
-        """Length of a step so that what is `left` (s) ends with a step.
+        """Length of a step such that a step ends after the time `left` (s).
 
         Raises:
-            NoConvergenceError: the clock does not tell it from none.
+            NoConvergenceError: the length is below the rounding of time.
 
         """
         if h > 0.999999 * left:
@@ -378,12 +382,12 @@ class ImplicitStepper:
         return h
 
     def _step(self, h: float) -> Step | None:
-        # An iteration that goes astray may overflow: it is not a number, hence rejected.
+        # An iteration that diverges may overflow: then it gives no number, and is rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             return self.radau.step(self.time, h, self.at, self._state, self.control.allowed)
 
     def _on_singularity(self, step: Step | None, at_stop: bool) -> bool:
-        """Tell that a step ends on a singularity, or is no good since a stage of it is on one."""
+        """Tell whether a step ends on a singularity, or is not good since a stage is on one."""
         if self.control.fixed is not None:
             return False
         singularity = self.problem.on_singularity(at_stop)
@@ -393,21 +397,21 @@ class ImplicitStepper:
         return step is not None and not self._slips(step) and self.control.passes(step.error)
 
     def _rounded(self, step: Step) -> bool:
-        """Tell that an error too large may be one of rounding, at a singularity that is passed."""
+        """Tell whether an error that is too large may be rounding, near a singularity."""
         near = self.problem.on_singularity().stage
         return near and step.error < ROUNDED * self.control.allowed
 
     def _slips(self, step: Step) -> bool:
-        """Tell that a dependent coordinate did not go where its speed would have taken it."""
+        """Tell whether a dependent coordinate did not go where its speed takes it."""
         return not self.control.near(self.problem.slipped(step))
 
     # --- up to an event -----------------------------------------------------------------------
 
-    def _landed(self, event: Crossing) -> Step | None:
-        """Make a step to an event; None, and a shorter one next, if it is not good enough.
+    def _step_to(self, event: Crossing) -> Step | None:
+        """Make a step to an event; None, with a shorter next step, if it is not good enough.
 
-        The polynomial in which the event was located is less accurate than a step's end. So that is
-        moved a little, to where the event is.
+        The event was located in a polynomial, which is less accurate than the end of a step. So the
+        end is moved a little, to the event.
         """
         h = later(event.time, self.control.late) - self.time
         step = self._step(h)
@@ -419,10 +423,10 @@ class ImplicitStepper:
         return step
 
     def _ending(self, event: Crossing, step: Step) -> Step | None:
-        """Move a step's end a little along its polynomial, to its event; None if it is not there.
+        """Move a step's end along its polynomial to its event; None if the event is too far away.
 
-        Then the motion may only have come near it, by the polynomial of a longer step. From nearer
-        that tells better, once.
+        Then only the polynomial of a longer step may have reached zero, not the motion. A shorter
+        step shows it better; it is tried once.
         """
         solved, farthest = step, END_SHIFT * step.h
         for _ in range(CORRECTIONS):
@@ -438,7 +442,7 @@ class ImplicitStepper:
         return step if step is solved else self._with_its_stages(step)
 
     def _with_its_stages(self, step: Step) -> Step | None:
-        """Return a step whose end was moved with what its stages are now; None if they are none."""
+        """Return a step with the stages that belong to its moved end; None if they can't be."""
         times = step.t + step.method.c * step.h
         try:
             stages = self.model.evaluate_stages(times, *step.at(times))

@@ -1,6 +1,6 @@
 """The state at time 0: poses of parts, their velocities, and the rest positions of springs.
 
-Also what Exudyn's own solver does not know of a scene: it steps redundant coordinates, and beams.
+Also the items of a scene that Exudyn's solver of redundant coordinates, or of beams, lacks.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ from exudyn_flexlink.source import KeyPath, Mistake
 class State:
     """Coordinates (parts, 3), velocities, accelerations; the slots' curve parameters and laps.
 
-    Many use the same state, so that none may write into it.
+    Many objects share a state, so its arrays are read-only.
     """
 
     q: FloatArray
@@ -85,8 +85,8 @@ class State:
 class Assembly:
     """A mechanism put together: its state at time 0, degrees of freedom, redundant constraints.
 
-    `surplus` names the joints and drives that add less constraints than they have to those before
-    them, in the mechanism's order, with the number that each has too many.
+    `surplus` has the number of redundant constraints of each joint or drive: those that the joints
+    before it, in the mechanism's order, already imply.
     """
 
     mechanism: Mechanism
@@ -96,9 +96,9 @@ class Assembly:
 
 
 class CannotMoveError(Sendable, ValueError):
-    """A drive, or a speed at the start, contradicts the joints and those before it.
+    """A drive, or a speed at the start, contradicts the joints, or drives and speeds before it.
 
-    `path` leads to it in the scene.
+    `path` is its place in the scene.
     """
 
     def __init__(self, *path: str) -> None:
@@ -109,18 +109,17 @@ class CannotMoveError(Sendable, ValueError):
 def assemble(mechanism: Mechanism, start: Start) -> Assembly:
     """Put the mechanism together at time 0.
 
-    A link with clearance starts on its guide's axis, unless its angle is given, and moves with the
-    guide, as if there were none, unless its motion is given. A journal starts in the middle of its
-    bearing, and moves with it, unless what is given does not allow that; so does a pin in a slot
-    with play. Angles in `start.angles`
-    and those of motor-driven parts are held; everything else starts from `start.guesses` (0 where
-    nothing is given) and moves as little as the joints demand. A flexible body starts straight and
-    at one angular speed, unless the joints can't have that. Where `start.states` gives the state
-    of every part, it is taken as it is, but for what joints and drives demand.
+    A link with clearance starts on its guide's axis, unless its angle is given, and moves as
+    without clearance, unless its motion is given. A journal starts in the middle of its bearing and
+    moves with it, unless given values do not allow it; a pin in a slot with play likewise. Angles
+    in `start.angles` and those of motor-driven parts are held. All other coordinates start from
+    `start.guesses` (0 by default) and change as little as the joints demand. A flexible body starts
+    straight and with a single angular speed, unless the joints do not allow it. If `start.states`
+    gives the state of every part, it only changes as much as joints and drives demand.
 
     Raises:
         CannotAssembleError: a joint can't close.
-        CannotMoveError: a drive or a speed given contradicts the joints.
+        CannotMoveError: a drive or a given speed contradicts the joints.
 
     """
     if start.states is not None:
@@ -159,7 +158,7 @@ def _assembled(mechanism: Mechanism, state: State) -> Assembly:
 
 
 def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:
-    """Give a spring that is at rest as assembled its angle."""
+    """Set the rest angle of a spring that has no torque as assembled."""
     turned = float(turning(spring.first, spring.second, q))
     law = None if spring.law is None else replace(spring.law, start=turned)
     rest = turned if spring.rest_angle is None else spring.rest_angle
@@ -167,14 +166,14 @@ def _turned_at_rest(spring: RotarySpring, q: FloatArray) -> RotarySpring:
 
 
 def _long_at_rest(spring: LinearSpring, q: FloatArray) -> LinearSpring:
-    """Give a spring that is at rest as assembled its length."""
+    """Set the free length of a spring that has no force as assembled."""
     length = length_of(spring, q)
     law = None if spring.law is None else replace(spring.law, start=length)
     return replace(spring, length=length if spring.length is None else spring.length, law=law)
 
 
 def _spanned(contact: Contact, q: FloatArray) -> Contact:
-    """Give a rope over points that is as long as assembled that length."""
+    """Set the length of a rope over points that is taut and without force as assembled."""
     if not isinstance(contact, RopeContact) or not isnan(contact.free_length.at(0.0)):
         return contact
     gaps = [approach(piece, q, np.zeros_like(q)).gap for piece in contact.pieces]
@@ -182,14 +181,14 @@ def _spanned(contact: Contact, q: FloatArray) -> Contact:
 
 
 def _meshed(contact: Contact, q: FloatArray) -> Contact:
-    """Count the bound of a gear's flank from where the gear is as assembled."""
+    """Measure the bound of a gear's flank from the assembled pose of the gear."""
     if not isinstance(contact, SumStop) or contact.gear is None:
         return contact
     return replace(contact, bound=contact.bound + float(summed(contact, q)))
 
 
 def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
-    """Put links with clearance on the axes of their guides, but for those of the parts given."""
+    """Put links with clearance on the axes of their guides, except links with `given` parts."""
     slides = tuple(
         Slide(channel.name, channel.guide, channel.nodes[0])
         for channel in mechanism.channels
@@ -199,12 +198,12 @@ def without_play(mechanism: Mechanism, given: set[int]) -> Mechanism:
 
 
 def _concentric(mechanism: Mechanism) -> tuple[Pin, ...]:
-    """Bearings as if there were no clearance."""
+    """Bearings as hinges without clearance."""
     return tuple(Pin(bearing.name, bearing.first, bearing.second) for bearing in mechanism.bearings)
 
 
 def _places(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
-    """Coordinates and slot places with journals and pins in the middle of their play, or near."""
+    """Coordinates and slot places, with journals and pins in or near the middle of their play."""
     pins, played = _concentric(mechanism), [groove.slot for groove in mechanism.grooves]
     ideal = replace(mechanism, pins=mechanism.pins + pins, slots=mechanism.all_slots)
     try:
@@ -220,7 +219,7 @@ def _places(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]
 
 
 def _speeds(mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Start) -> FloatArray:
-    """Velocities with journals and pins that move with what is around them, or else freely."""
+    """Velocities: journals and pins move with their bearings and slots if possible."""
     pinned = replace(
         mechanism,
         pins=mechanism.pins + _concentric(mechanism),
@@ -242,13 +241,13 @@ def _speeds(mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Star
 def _velocities(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, start: Start
 ) -> FloatArray:
-    """Velocities that satisfy joints, motors and the speeds given, the others as little as can be.
+    """Least velocities that satisfy joints, motors and given speeds.
 
-    A flexible body moves as if it were rigid, unless the joints can't have that.
+    A flexible body moves as a rigid one, unless the joints do not allow it.
     """
     joints = constraints_at(mechanism, q, places)
     rows, wanted = _with_speeds(mechanism, joints, q, places, start)
-    free = len(rows) - len(wanted)  # those of joints: these move at no speed
+    free = len(rows) - len(wanted)  # rows of joints: their speed is 0
     right = np.append(np.zeros(free), [speed for speed, _ in wanted])
     for rigid in (True, False):
         v = least_speeds(mechanism, rows, right, q, rigid)
@@ -259,14 +258,14 @@ def _velocities(
         some = np.where(np.arange(len(rows)) <= free + last, right, np.nan)
         return not _follows(rows, least_speeds(mechanism, rows, some, q), some)
 
-    # The first that contradicts: with those before it the parts can move, with it they can't.
+    # The first contradiction: the parts can follow all speeds before it, but not this one.
     raise wanted[bisect_left(range(len(wanted)), True, key=contradicted)][1]
 
 
 def _with_speeds(
     mechanism: Mechanism, joints: Constraints, q: FloatArray, places: FloatArray, start: Start
 ) -> tuple[Constraints, list[tuple[float, CannotMoveError]]]:
-    """Add a row for each speed given; of these and of the motors, the speed and its error."""
+    """Add a row for each given speed; list speeds of motors and given ones, with their errors."""
     every = mechanism.all_slots
     places = np.append(places, [place_in(slot, 1, q) for slot in every[len(places) :]])
     slotted = [k for k, slot in enumerate(every) if slot.name in start.speeds_along]
@@ -306,11 +305,11 @@ def _follows(rows: Constraints, v: FloatArray, right: FloatArray) -> bool:
 def _closest_speeds(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, given: FloatArray
 ) -> FloatArray:
-    """Velocities (parts, 3) after those given that joints and motors allow.
+    """Velocities (parts, 3) that joints and motors allow, after the given ones.
 
-    Where they did not, as of a weld that closes, what closes acts by an impulse:
-    ``M (v - given) = J^T impulse``, so that the kinetic energy lost is that of ``v - given``
-    (Carnot), and momentum is kept where nothing holds.
+    If the joints do not allow the given velocities, for example at a weld that closes, they act by
+    an impulse: ``M (v - given) = J^T impulse``. So the lost kinetic energy is that of ``v - given``
+    (Carnot), and the momentum of free parts is kept.
     """
     right, motors = np.zeros(len(constraints_at(mechanism, q, places))), mechanism.speed_motors
     right[len(right) - len(motors) :] = [motor.speed.at(0.0) for motor in motors]
@@ -322,7 +321,7 @@ def _closest_speeds(
 
 
 def always_redundant(assembly: Assembly) -> bool:
-    """Tell whether the surplus constraints are so elsewhere, too, not just at a dead centre."""
+    """Tell whether surplus constraints are redundant in other poses, too: no dead centre."""
     mechanism = assembly.mechanism
     try:
         q, places = neighbouring(mechanism, assembly.state.q)
@@ -332,7 +331,7 @@ def always_redundant(assembly: Assembly) -> bool:
 
 
 def _surplus(mechanism: Mechanism, joints: Constraints) -> dict[str, int]:
-    """Constraints of each joint and drive that those before it imply already, where there are."""
+    """Redundant constraints of each joint or drive: those before it imply them."""
     motion = LeastMotion(mechanism, joints, scale_roots(mechanism), np.zeros(len(joints)))
     return {joints.names[joint]: count for joint, count in motion.surplus().items()}
 
@@ -352,11 +351,11 @@ def rubbing_joints(scene: Scene) -> Iterator[tuple[str, PinFriction | SlideFrict
 
 
 def beyond_redundant(scene: Scene) -> list[Mistake]:
-    """Return what Exudyn's own solver does not know: contacts at curves, and where speeds jump.
+    """Return the items that Exudyn's own solver lacks, as mistakes.
 
-    Nor formulas of cylinders, stops of hinges or with a damper, ropes, springs by tables and
-    formulas, and friction by the force in a joint. It steps redundant coordinates, with beams or
-    without.
+    It has redundant coordinates, with or without beams. It lacks contacts on curves, jumps of
+    speeds, formulas of cylinders, stops of hinges or with a damper, ropes, springs by tables or
+    formulas, and friction by the force in a joint.
     """
     rubbing = "friction by the force in a joint is for 'formulation: minimal'; or give a {}"
     reasons = [
@@ -379,7 +378,7 @@ def beyond_redundant(scene: Scene) -> list[Mistake]:
 
 
 def _joints_for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
-    """The same, of joints."""
+    """Items of joints that only minimal coordinates have, and a message each."""
     for name, joint in scene.joints.items():
         if isinstance(joint, SlotJoint) and joint.acting:
             yield ("joints", name, "clearance"), "no slots with play"
@@ -388,7 +387,7 @@ def _joints_for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
 
 
 def runs_for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
-    """How a run may begin or end in minimal coordinates alone, and what others lack for it."""
+    """Begins and ends of runs that only minimal coordinates have, and a message each."""
     path, until = scene.ending
     if until is not None:
         yield path, "no end at a formula"
@@ -397,7 +396,7 @@ def runs_for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
 
 
 def _for_minimal(scene: Scene) -> Iterator[tuple[KeyPath, str]]:
-    """Where a scene has what minimal coordinates alone know, and what Exudyn has of it."""
+    """Items of a scene that only minimal coordinates have, and a message each."""
     for name, law in scene.laws.items():
         if isinstance(law, HertzLaw) and law.length is not None:
             yield (*scene.law_path(name), "formula"), f"no formula '{law.formula}', but 'sphere'"

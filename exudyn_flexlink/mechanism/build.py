@@ -1,7 +1,7 @@
 """A scene as a mechanism: bodies become rigid parts, names become indices.
 
-Gears, racks and belts get pitch circles and forces of teeth; stops of joints, ropes and buffers
-become contacts, tables and formulas spring laws, and curves get their geometry.
+Gears, racks and belts get pitch circles and forces of teeth. Stops of joints, ropes and buffers
+become contacts; tables and formulas become spring laws; curves get their geometry.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def _geared(bodies: Bodies, arm: str, mesh: Mesh) -> Geared:
 
 
 def _on_second(joint: object, arm: str, mesh: Mesh) -> bool:
-    """Whether the second part of a hinge is on the gear's side of it."""
+    """Whether the second part of a hinge is on the side of the gear."""
     assert isinstance(joint, PointsJoint)  # the scene's names are checked
     first, second = ends_of(joint)
     return first == arm if arm in (first, second) else second == mesh.body
@@ -162,9 +162,9 @@ def _end(bodies: Bodies, joint: str, body: str) -> Anchor:
 
 
 def _radii(spec: GearJoint, first: Geared, second: Geared) -> tuple[float | None, float | None]:
-    """Radii (m) of pitch circles: of a pinion as given, of gears by how far apart their axes are.
+    """Radii (m) of pitch circles: as given for a pinion, by the distance of axes for gears.
 
-    There are none where both turn about one axis, or on an arm that bends, and none of racks.
+    Gears about the same axis, or on an arm that bends, have none, and neither have racks.
     """
     if first.slide is not None or second.slide is not None:
         return None if first.slide else spec.radius, None if second.slide else spec.radius
@@ -179,7 +179,7 @@ def _radii(spec: GearJoint, first: Geared, second: Geared) -> tuple[float | None
 
 @dataclass(frozen=True)
 class ToothPush:
-    """Force (n, 2) of teeth on a part, N, and the hinges that lead from that to the arm."""
+    """Force (n, 2) of teeth on a part, N, and the hinges from the part to the arm."""
 
     force: FloatArray
     part: int
@@ -189,10 +189,10 @@ class ToothPush:
 def tooth_pushes(
     gears: Iterable[Gear], forces: Mapping[str, FloatArray], q: FloatArray
 ) -> list[ToothPush]:
-    """What teeth push on their gears, by tangential forces (n,), N, at coordinates (n, parts, 3).
+    """Forces of teeth by tangential forces (n,), N, at coordinates (n, parts, 3).
 
-    Nothing is told of a belt, whose pull on a wheel depends on how tight it is, nor of gears
-    without a pitch circle.
+    Belts have none, since their pull on a wheel depends on their tension; gears without a pitch
+    circle have none either.
     """
     all_pushes = []
     for gear in gears:
@@ -216,7 +216,7 @@ def tooth_pushes(
 def flank_pushes(
     contacts: Iterable[Contact], presses: Mapping[str, FloatArray], q: FloatArray
 ) -> list[ToothPush]:
-    """As `tooth_pushes`, of the flanks of gears with play among contacts that press (n,)."""
+    """As `tooth_pushes`, for flanks of gears with play that press with forces `presses` (n,)."""
     pushes = []
     for flank in contacts:
         if isinstance(flank, SumStop) and flank.gear is not None and flank.name in presses:
@@ -232,9 +232,9 @@ def _across(gear: Gear, q: FloatArray) -> FloatArray:
 
 
 def without_teeth(joint: str, force: FloatArray, teeth: Iterable[ToothPush]) -> FloatArray:
-    """Force (n, 2) of a joint on its second point, N, where teeth push what it holds.
+    """Force (n, 2), N, of a joint on its second point, with forces of teeth on the held part.
 
-    `force` is what it would be were gears pairs of torques.
+    `force` is the force if gears only exert torques.
     """
     for push in teeth:
         for name, on_second in push.hinges:
@@ -243,11 +243,11 @@ def without_teeth(joint: str, force: FloatArray, teeth: Iterable[ToothPush]) -> 
     return force
 
 
-FACE = 0.2  # of the longest part: how wide the face across a slide is drawn
+FACE = 0.2  # of the longest part: width of a face across a slide in drawings
 
 
 def stop(bodies: Bodies, name: str, spec: specs.Stop) -> Contact:
-    """Return a hinge's stop, a gear's flank, or a face across a slide at a length of it."""
+    """Return a hinge's stop, a gear's flank, or a face across a slide at a given stroke."""
     way, law = 1.0 if spec.end == "from" else -1.0, pressing_law(bodies.scene, spec.law)
     joint = bodies.scene.joints[spec.joint]
     if isinstance(joint, GearJoint):
@@ -276,13 +276,13 @@ def rope(bodies: Bodies, name: str, spec: specs.LinearSpring | specs.RopeSpring)
     if spec.joint is not None:
         face = _face_across(bodies, bodies.slide(spec.joint), length)
         return FaceContact(name, *face, 1.0 if pulls else -1.0, law, across=True)
-    assert spec.points is not None  # the scene checks that there is one of both
+    assert spec.points is not None  # the scene checks that one of both is given
     first, second = (bodies.anchor(point, spec.at) for point in spec.points)
     return CircleContact(name, first, second, (0.0, length), pulls, law)
 
 
 def _rope_over(bodies: Bodies, name: str, spec: specs.RopeSpring) -> RopeContact:
-    """Return a rope over points; how long it is as assembled nobody knows yet."""
+    """Return a rope over points; a length as assembled is not yet known."""
     over = (
         bodies.anchor(entry) if isinstance(entry, str) else Anchor(GROUND, *entry)
         for entry in spec.over
@@ -292,11 +292,11 @@ def _rope_over(bodies: Bodies, name: str, spec: specs.RopeSpring) -> RopeContact
     return RopeContact(name, tuple(over), length, SpringDamper(spec.stiffness, spec.damping))
 
 
-def _face_across(bodies: Bodies, slide: Slide, at: float) -> tuple[Anchor, Anchor, Anchor]:
-    """Return what slides, and a face across its line at a length (m); right of it is longer."""
+def _face_across(bodies: Bodies, slide: Slide, place: float) -> tuple[Anchor, Anchor, Anchor]:
+    """Return the sliding point, and a face across its line at a length (m), longer to its right."""
     half = FACE / 2 * max(part.reach for part in bodies.parts) or FACE
     along_x, along_y = cos(slide.direction), sin(slide.direction)
-    x, y = slide.first.x + at * along_x, slide.first.y + at * along_y
+    x, y = slide.first.x + place * along_x, slide.first.y + place * along_y
     start, end = (
         Anchor(slide.first.part, x - side * along_y, y + side * along_x) for side in (-half, half)
     )
@@ -315,10 +315,10 @@ def spring_law(name: str, given: specs.ForceLaw | specs.TorqueLaw | None) -> Spr
 def build_curves(
     specs: Mapping[str, CurveSpec | None],
 ) -> tuple[dict[str, Curve], list[Mistake]]:
-    """Build every named curve that can be; the others are left out, with a mistake each.
+    """Build every named curve; curves that can't be built are left out, with a mistake each.
 
-    Only mistakes of geometry are reported: a curve that has none of its own, but contains one that
-    is invalid (None), unknown, cyclic or can't be built, is left out in silence.
+    Only mistakes of geometry are reported. A curve that contains an invalid (None), unknown or
+    cyclic curve, or one that can't be built, is left out without a mistake.
     """
     builder = _CurveBuilder(specs)
     built = {name: builder.named(name) for name in specs}
@@ -326,7 +326,7 @@ def build_curves(
 
 
 def hollow_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mistake]:
-    """Refuse curves on which a straight face, or a roller in a corner, would have no one place."""
+    """Refuse curves that a straight face, or a roller in a corner, touches at several places."""
     for name, contact in scene.contacts.items():
         if isinstance(contact, PointOnCurve) and contact.curve in curves:
             side = 1.0 if contact.side == "left" else -1.0
@@ -350,7 +350,7 @@ def hollow_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mista
 
 
 def slot_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mistake]:
-    """Refuse walls of slots with play that their curve leaves no room for."""
+    """Refuse slots with play whose walls have no room beside the curve."""
     for name, joint in scene.joints.items():
         if not isinstance(joint, SlotJoint) or not joint.acting or joint.curve not in curves:
             continue
@@ -369,7 +369,7 @@ def slot_mistakes(scene: Scene, curves: Mapping[str, Curve]) -> Iterator[Mistake
 
 
 class _CurveBuilder:
-    """Builds every curve once; one under construction counts as None, which ends a cycle."""
+    """Builds every curve once; a curve under construction counts as None, which ends a cycle."""
 
     def __init__(self, specs: Mapping[str, CurveSpec | None]) -> None:
         self.specs = specs
@@ -406,13 +406,13 @@ class _CurveBuilder:
         return self._try(path, lambda: Laps(whole, meet=spec.meet), key)
 
     def _try(self, path: KeyPath, make: Callable[[], Curve], key: str = "") -> Curve | None:
-        """Make a curve, or note its mistake: at the entry of the list `key` at fault."""
+        """Make a curve, or record its mistake, with the faulty entry of the list `key`."""
         try:
             return make()
         except CurveError as error:
-            at = (*path, key, error.piece) if key and error.piece is not None else path
-            at = (*path, error.key) if error.key else at
-            self.mistakes.append(Mistake(at, error.message, error.hint))
+            key_path = (*path, key, error.piece) if key and error.piece is not None else path
+            key_path = (*path, error.key) if error.key else key_path
+            self.mistakes.append(Mistake(key_path, error.message, error.hint))
             return None
 
 
@@ -420,7 +420,7 @@ def _simple(spec: Piece) -> Curve:
     """Build a curve that contains no other.
 
     Raises:
-        CurveError: the curve can't be.
+        CurveError: the curve can't be built.
 
     """
     if isinstance(spec, EllipseSpec):
@@ -451,10 +451,11 @@ Spec = TypeVar("Spec")
 def build_mechanism(scene: specs.Scene) -> Mechanism:
     """Turn a scene into rigid parts, joints, springs, drives and contacts.
 
-    Once for each scene: both are frozen, and whoever looks at a result asks for it again.
+    Each scene is built once: scene and mechanism are frozen, and every evaluation of a result needs
+    the mechanism.
 
     Raises:
-        SceneError: a curve of the scene, or the line of a contact, can't be.
+        SceneError: a curve of the scene, or the line of a contact, can't be built.
 
     """
     bodies = Bodies(scene)
@@ -520,7 +521,7 @@ def build_mechanism(scene: specs.Scene) -> Mechanism:
 
 
 def _of(named: Mapping[str, object], kind: type[Spec]) -> dict[str, Spec]:
-    """Those of one kind, by their names, in order."""
+    """The items of one kind, by name, in order."""
     return {name: item for name, item in named.items() if isinstance(item, kind)}
 
 
@@ -567,7 +568,7 @@ FREE_WAYS = {"forward": 1, "backward": -1}
 
 
 def _joint_frictions(bodies: Bodies) -> Iterator[JointFriction]:
-    """Return the friction of pins and slides that have some, and freewheels."""
+    """Yield the friction of pins and slides, and freewheels."""
     for name, joint in bodies.scene.joints.items():
         if isinstance(joint, specs.RevoluteJoint):
             friction = joint.friction or specs.PinFriction(torque=0.0)
@@ -591,7 +592,7 @@ def _rotary_spring(
 ) -> RotarySpring:
     """Return a spring and damper at a revolute joint.
 
-    A frequency, or a damping ratio, is that of the body at the joint with all that is welded to it.
+    A frequency or damping ratio is that of the body at the joint, with all bodies welded to it.
     """
     first, second = bodies.joint_parts(spring.joint)
     stiffness, damping = spring.stiffness or 0.0, spring.damping or 0.0
@@ -610,7 +611,7 @@ def _linear_spring(bodies: Bodies, name: str, spec: specs.LinearSpring) -> Linea
     stiffness, damping, length = spec.stiffness, spec.damping, spec.length
     law = spring_law(name, spec.force)
     if spec.joint is None:
-        assert spec.points is not None  # the scene checks that there is one of both
+        assert spec.points is not None  # the scene checks that one of both is given
         first, second = (bodies.anchor(point, spec.at) for point in spec.points)
         return LinearSpring(name, first, second, stiffness, damping, length, law=law)
     slide = bodies.slide(spec.joint)
@@ -645,7 +646,7 @@ def _contact(
 
 
 def _friction(law: specs.PenaltyLaw | specs.RubbingImpulse) -> Friction | None:
-    """Return the friction of a law, None where it is smooth."""
+    """Return the friction of a law; None if it has none."""
     if law.friction == 0:
         return None
     return Friction(law.friction, law.slip_speed)
@@ -664,7 +665,7 @@ TimeFunction = Formula | Tabled
 
 
 def _motor(bodies: Bodies, name: str, drive: specs.SpeedDrive | specs.MotionDrive) -> Motor:
-    """Return a drive that prescribes how a joint turns or slides."""
+    """Return a drive that prescribes the motion of a joint."""
     slide, clock = None, bodies.scene.initial.clock
     if isinstance(bodies.scene.joints[drive.joint], specs.RevoluteJoint):
         first, second = bodies.joint_parts(drive.joint)
@@ -697,7 +698,7 @@ def _size(bodies: Bodies, value: specs.Value, ramp: float = 0.0) -> Size:
 
 
 def _until(bodies: Bodies) -> Until | None:
-    """What ends the run, if a formula does."""
+    """The formula that ends the run, if any."""
     _, formula = bodies.scene.ending
     if formula is None:
         return None
@@ -716,14 +717,14 @@ def _until(bodies: Bodies) -> Until | None:
 
 
 def _ramp_or_function(value: specs.Value, ramp: float, clock: float) -> Ramp | TimeFunction:
-    """What a drive does in time; a run that goes on begins after its ramp."""
+    """Value of a drive by time; a run that goes on from another begins after the ramp."""
     if isinstance(value, float):
         return Ramp(value, 0.0 if clock > 0 else ramp)
     return _function(value, clock)
 
 
 def _function(value: Expression | specs.Table, clock: float) -> TimeFunction:
-    """Function of a drive whose t is `clock` (s) as the run begins."""
+    """Function of a drive; its t is `clock` (s) at the begin of the run."""
     if isinstance(value, Expression):
         return Formula(value, clock)
     assert value.points is not None  # its file was read

@@ -1,10 +1,10 @@
-"""Poses of parts at time 0, and speeds that neither joints nor drives nor the scene decide.
+"""Poses of parts at time 0, and the speeds that joints, drives and the scene leave open.
 
 Parts are laid out joint by joint from the ground; then Gauss-Newton steps close the joints.
 
-Bodies turn as little as the joints allow, the sum of the squares of their angular speeds being
-least. This leaves open flights and slides: there the points by which bodies hang on others move as
-little as they can. Neither depends on where a body's axes are put, nor on units.
+Bodies turn as little as the joints allow: the sum of the squares of their angular speeds is least.
+This leaves free bodies and slides undetermined. For these, the points by which bodies hang on
+others move as little as possible. The result depends neither on the origins of bodies nor on units.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from exudyn_flexlink.mechanism.constraints import (
     places_near,
     slot_point,
 )
-from exudyn_flexlink.mechanism.joints import GROUND, NOTHING, Anchor, Pin, Slide, Slot, Weld
+from exudyn_flexlink.mechanism.joints import GROUND, NO_ITEM, Anchor, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.least_motion import (
     LeastMotion,
     scale_roots,
@@ -43,12 +43,12 @@ from exudyn_flexlink.rounding import ROUNDING, TINY
 
 @dataclass(frozen=True)
 class Start:
-    """What the scene says of time 0, by part: held and guessed angles, held speeds.
+    """What the scene gives for time 0, by part: held and guessed angles, held speeds.
 
-    `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) is how
-    far slides are out, by their names, and `speeds_along` (m/s) the rate of that, or how fast
-    anchors run along the curves of slots. `states` (parts, 6) are coordinates and velocities of all
-    parts, in place of all others; `laps` those of slots, 1 where left out.
+    `velocities` (m/s) and `positions` (m) are those of the origins of parts. `along` (m) are
+    strokes of slides, by name; `speeds_along` (m/s) are their rates, or speeds of anchors along the
+    curves of slots. `states` (parts, 6) are coordinates and velocities of all parts and replace all
+    others. `laps` are those of slots, 1 by default.
     """
 
     angles: Mapping[int, float]
@@ -77,7 +77,7 @@ def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin | Slot] = ())
     pinned = [(joint.first, joint.second) for joint in joints]
     slides, lengths = slides_of(mechanism), known_lengths(mechanism, start)
     while True:
-        # Loose ends are pinned first: a slide or a slot leaves a freedom that a pin would fix.
+        # Pins come first: a slide or a slot leaves a freedom that a pin would remove.
         _attach_all(q, placed, pinned)
         if _attach_slides(mechanism, q, placed, slides, lengths):
             continue
@@ -87,26 +87,26 @@ def lay_out(mechanism: Mechanism, start: Start, more: Sequence[Pin | Slot] = ())
 
 
 def slides_of(mechanism: Mechanism) -> list[Slide]:
-    """Prismatic joints and sleeves; those with clearance as if there were none."""
+    """Prismatic joints and sleeves; clearance is left out."""
     in_channels = (Slide(c.name, c.guide, c.nodes[0]) for c in mechanism.channels)
     return [*mechanism.slides, *in_channels]
 
 
 def slides_named(mechanism: Mechanism, names: Iterable[str]) -> list[Slide]:
-    """Those of `slides_of` that have these names, in the order of the names."""
+    """The slides with these names, in the order of the names."""
     known = {slide.name: slide for slide in slides_of(mechanism)}
     return [known[name] for name in names]
 
 
 def known_lengths(mechanism: Mechanism, start: Start) -> dict[str, float]:
-    """By slide, how far it is out at time 0, m, where that is given or driven."""
+    """Strokes of slides at time 0, m, by name, if they are given or driven."""
     motors = mechanism.speed_motors
     driven = {m.slide.name: m.start for m in motors if m.slide and m.start is not None}
     return {**driven, **start.along}
 
 
 def _attach_all(q: FloatArray, placed: set[int], pairs: Sequence[tuple[Anchor, Anchor]]) -> None:
-    """Place every part that pairs of anchors lead to from those placed; the first pair is next."""
+    """Place every part that pairs of anchors connect to placed parts; earlier pairs come first."""
     left = list(pairs)
     while True:
         attached = next((pair for pair in left if _attach(q, placed, *pair)), None)
@@ -116,7 +116,7 @@ def _attach_all(q: FloatArray, placed: set[int], pairs: Sequence[tuple[Anchor, A
 
 
 def known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
-    """Angles of all parts that are given, passed on by slides and welds, and along a link."""
+    """Angles of parts that follow from given ones by slides, welds and flexible bodies."""
     held: tuple[Weld | Slide, ...] = (*mechanism.welds, *mechanism.slides)
     ties = [(joint.first.part, joint.second.part, joint.angle) for joint in held]
     motors = (motor for motor in mechanism.speed_motors if not motor.slide)
@@ -133,7 +133,7 @@ def known_angles(mechanism: Mechanism, start: Start) -> dict[int, float]:
 
 
 def _pass_on(ties: Sequence[tuple[int, int, float]], known: dict[int, float]) -> None:
-    """Give parts their angles from those of others; a tie has two, and the angle from the first."""
+    """Pass angles on from part to part; a tie is two parts and the angle from first to second."""
     before = 0
     while len(known) > before:
         before = len(known)
@@ -145,7 +145,7 @@ def _pass_on(ties: Sequence[tuple[int, int, float]], known: dict[int, float]) ->
 
 
 def _attach(q: FloatArray, placed: set[int], first: Anchor, second: Anchor) -> bool:
-    """Move the one of two anchored parts that is not placed yet onto the other."""
+    """Move that of two anchored parts which is not yet placed onto the other."""
     if (first.part in placed) == (second.part in placed):
         return False
     fixed, loose = (first, second) if first.part in placed else (second, first)
@@ -161,10 +161,10 @@ def _attach_slides(
     slides: Sequence[Slide],
     lengths: Mapping[str, float],
 ) -> bool:
-    """Put a part into its guide, as far out as is known (m), else on the slot it points to."""
+    """Put a part into its guide, at its known stroke (m), else on the slot in its direction."""
     for slide in slides:
         first, second = slide.first, slide.second
-        led = second.part in placed  # then it stays where it is
+        led = second.part in placed  # then the second part stays
         if not _attach(q, placed, first, second):
             continue
         angle = angle_of(first.part, q) + slide.direction
@@ -182,7 +182,7 @@ def _attach_slides(
 
 
 def _nearest_ahead(slot: Slot, origin: FloatArray, along: FloatArray) -> float:
-    """Distance from the origin to the slot's first lap in a direction; the nearest ahead, or 0."""
+    """Distance to the nearest crossing of a ray with the slot's first lap; 0 without one."""
     crossings = ray_crossings(slot.curve, origin, along)
     distances = (slot.curve.point(crossings) - origin) @ along
     first_lap = crossings <= ends_of_lap(slot.curve, 1)[1]
@@ -191,33 +191,32 @@ def _nearest_ahead(slot: Slot, origin: FloatArray, along: FloatArray) -> float:
 
 
 def _attach_slot(q: FloatArray, placed: set[int], slot: Slot) -> bool:
-    """Put a part that nothing else holds at the start of its curve, or the curve's part there."""
+    """Put a part at the start of its curve, or the curve's part there if the other is placed."""
     start = Anchor(slot.carrier, *slot.curve.point(slot.curve.start).tolist())
     return _attach(q, placed, start, slot.anchor)
 
 
 def inner_joints(mechanism: Mechanism) -> list[Pin | Slide]:
-    """Hinges of flexible bodies, and what lets their rods stretch."""
+    """Hinges of flexible bodies, and the slides in rods that stretch."""
     joints: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
     return [j for j in joints if within_body(mechanism, j.first.part, j.second.part)]
 
 
 CLOSED = 1e-10  # m or rad: residual of a joint that counts as closed
 ITERATIONS = 60
-AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to tell it from others
-KICKS = (0.5, -0.5, 1.2, -1.2)  # rad, other starts of the search
-TYPED = 2e-6  # of a part's reach: 7 decimals of a metre leave so much open for one of 5 cm
-SHUFFLES = 12  # last starts, from random angles: these close six-bars that the others leave open
+AWAY = 0.01  # of the reach, or rad: far enough from a dead centre to distinguish other poses
+KICKS = (0.5, -0.5, 1.2, -1.2)  # rad: angles of further starts of the search
+TYPED = 2e-6  # of a part's reach: the rounding of 7 decimals of a metre, for a part of 5 cm
+SHUFFLES = 12  # last starts, from random angles: they close six-bars that the others do not
 
 
 class CannotAssembleError(Sendable, ValueError):
-    """The joints can't all close: `joint` is the one that stays open most.
+    """The joints can't all close: `joint` has the largest opening.
 
-    Its `kind` is "position" where they close, but not with this body at the place it is given, and
-    "along" where they do not with this joint as far out as it is given.
-    `gap` (m) and `turn` (rad) are what is missing in all joints together. A loop opens at the
-    joint that closes it, once the others have put its parts one to another. `near` (m) is where
-    joints allow a body next to the place that it is given.
+    If they close without the given position of a body, `kind` is "position"; if they close without
+    the given stroke of a slide, it is "along". `gap` (m) and `turn` (rad) are the openings of all
+    joints together. A loop stays open at the joint laid out last. `near` (m) is the place nearest
+    to the given one that joints allow a body.
     """
 
     def __init__(
@@ -241,15 +240,15 @@ def positions(
 ) -> tuple[FloatArray, FloatArray]:
     """Coordinates and slot places that close all joints: bodies straight, or else bent.
 
-    Each is searched from the start given and, since parts in one line are a dead end of the search,
-    from a few where those parts are turned whose angle nothing tells, last by random angles. Parts
-    are laid out by more joints than need close, those in `laid_out_by`. A drive's part
-    stands at 0 if the joints can have that; where they can't, its angle is searched, too.
+    The first search begins at the given start. Parts in one line are a dead end of it. So further
+    searches turn the parts of unknown angle, in the end by random angles. The joints in
+    `laid_out_by` are used to lay out parts, but need not close. A drive's part stands at 0 if the
+    joints allow it; otherwise its angle is searched, too.
     """
     held = _held(mechanism, start)
     freed = replace(held, turns=set(start.angles))
-    # Bodies bend before they stretch, which would take forces that no start should have. Straight
-    # ones move as one: there nothing stretches anyway.
+    # Bodies bend but do not stretch, since stretching would need large forces at the start. The
+    # parts of straight ones move as one, so nothing stretches.
     rods = [joint for joint in inner_joints(mechanism) if isinstance(joint, Slide)]
     tries = [(held, True, [_kicked(mechanism, start, x, True) for x in (0.0, *KICKS)])]
     if len(mechanism.bodies) < len(mechanism.parts):
@@ -273,7 +272,10 @@ def positions(
         with suppress(CannotAssembleError):
             freely = replace(held, places={})
             closed = _close_on_curves(mechanism, lay_out(mechanism, start), freely, straight=True)
-            away = {p: float(np.hypot(*(closed[0][p, :2] - at))) for p, at in held.places.items()}
+            away = {
+                p: float(np.hypot(*(closed[0][p, :2] - anchor)))
+                for p, anchor in held.places.items()
+            }
             if all(far <= TYPED * mechanism.parts[part].reach for part, far in away.items()):
                 return closed
             farthest = max(away, key=lambda part: away[part])
@@ -282,7 +284,7 @@ def positions(
 
 
 def _contradicting(mechanism: Mechanism, start: Start) -> tuple[str, str] | None:
-    """Name and kind of what is given or driven without which the joints would close, if any."""
+    """Name and kind of the first given or driven value without which the joints close, if any."""
     for part in start.positions:
         others = {k: place for k, place in start.positions.items() if k != part}
         if _closes(mechanism, replace(start, positions=others)):
@@ -307,10 +309,10 @@ def _closes(mechanism: Mechanism, start: Start) -> bool:
 
 
 def straight_positions(mechanism: Mechanism, start: Start) -> tuple[FloatArray, FloatArray]:
-    """As `positions`, from the start given alone and with bodies straight.
+    """As `positions`, but only from the given start, with bodies straight.
 
     Raises:
-        CannotAssembleError: this search closes no joints.
+        CannotAssembleError: this search does not close the joints.
 
     """
     q = lay_out(mechanism, start)
@@ -322,11 +324,11 @@ def closest(
 ) -> tuple[FloatArray, FloatArray]:
     """Coordinates and slot places that close all joints, next to those given (parts, 3).
 
-    Angles that a motor drives from the ground stay, but where it tells them itself. `laps` are
+    Angles that a motor drives from the ground stay, unless the motor prescribes them. `laps` are
     those of slots.
 
     Raises:
-        CannotAssembleError: there are none near.
+        CannotAssembleError: no solution is near.
 
     """
     free = tuple(motor for motor in mechanism.speed_motors if motor.start is None)
@@ -335,10 +337,10 @@ def closest(
 
 
 def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Coordinates and slot places that close all joints, a hundredth of its reach off every part.
+    """Coordinates and slot places that close all joints, each part moved by 1 % of its reach.
 
     Raises:
-        CannotAssembleError: there are none so near.
+        CannotAssembleError: no solution is so near.
 
     """
     away = np.random.default_rng(0).uniform(-AWAY, AWAY, q.shape)
@@ -348,11 +350,11 @@ def neighbouring(mechanism: Mechanism, q: FloatArray) -> tuple[FloatArray, Float
 
 @dataclass(frozen=True)
 class _Held:
-    """Parts whose angle stays while the joints close, and places (m) at which parts are held.
+    """Values that stay while the joints close.
 
-    `angles` (rad) are those of the first, where the search began. Also slides, and how far (m) they
-    are out, and the slides within `rods` that can stretch, which stay as long as they are. Slots
-    are in their first lap, but for `laps`.
+    Parts in `turns` keep their `angles` (rad) from the start of the search; parts in `places` (m)
+    keep their place, `slides` their `lengths` (m), and stretching `rods` their length. Slots are in
+    their first lap unless `laps` has another.
     """
 
     turns: Set[int] = frozenset()
@@ -364,19 +366,23 @@ class _Held:
     angles: Mapping[int, float] = field(default_factory=dict)
 
     def of(self, mechanism: Mechanism, q: FloatArray, slot_places: FloatArray) -> Constraints:
-        """Rows of all joints, of drives that prescribe where they start, and of what is held."""
+        """Rows of all joints, of drives that prescribe a starting pose, and of held values."""
         motions = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
-        closing = replace(mechanism, speed_motors=motions, gears=())  # these mesh at any angle
+        closing = replace(mechanism, speed_motors=motions, gears=())  # gears mesh at any angle
         joints = constraint_rows(closing, q, slot_places)
-        given = {(part, axis): at[axis] for part, at in self.places.items() for axis in (0, 1)}
+        given = {
+            (part, axis): anchor[axis] for part, anchor in self.places.items() for axis in (0, 1)
+        }
         given |= {(part, 2): angle for part, angle in self.angles.items()}
-        joints = joints.with_fixed(list(given), [q[at] - place for at, place in given.items()])
+        joints = joints.with_fixed(
+            list(given), [q[anchor] - place for anchor, place in given.items()]
+        )
         lengths = np.append(self.lengths, np.zeros(len(self.rods)))
         return joints.with_rows(*along_slides([*self.slides, *self.rods], lengths, q))
 
 
 def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -> Start:
-    """Guess the angles that nothing tells: in turn to either side; bent links as a half wave."""
+    """Guess unknown angles: in turn to either side, bent links as half a wave."""
     if turned == 0:
         return start
     known = known_angles(mechanism, start)
@@ -391,7 +397,7 @@ def _kicked(mechanism: Mechanism, start: Start, turned: float, straight: bool) -
 
 
 def _shuffled(mechanism: Mechanism, start: Start) -> list[Start]:
-    """Guess at random the angles that nothing but a drive tells, if there are two or more."""
+    """Guess angles at random that are unknown or follow from drives, if there are two or more."""
     motors = tuple(motor for motor in mechanism.speed_motors if motor.start is not None)
     known = known_angles(replace(mechanism, speed_motors=motors, torque_motors=()), start)
     loose = [chain for chain in mechanism.bodies.values() if chain[0] not in known]
@@ -399,7 +405,7 @@ def _shuffled(mechanism: Mechanism, start: Start) -> list[Start]:
 
 
 def shuffled(start: Start, loose: Sequence[tuple[int, ...]], count: int) -> Iterator[Start]:
-    """Guess angles of bodies, of which each is its parts, at random, so many times."""
+    """Guess angles of bodies (tuples of their parts) at random, `count` times."""
     random = np.random.default_rng(0)
     for _ in range(count):
         angles = random.uniform(-np.pi, np.pi, len(loose)).tolist()
@@ -410,7 +416,7 @@ def shuffled(start: Start, loose: Sequence[tuple[int, ...]], count: int) -> Iter
 
 
 def _held(mechanism: Mechanism, start: Start) -> _Held:
-    """What stays: what is given, and the angles that a motor drives from the ground."""
+    """Values that stay: given ones, and angles that a motor drives from the ground."""
     held = set(start.angles)
     for first, second in mechanism.turned_by_drives:
         ends = {first, second} - {GROUND}
@@ -423,7 +429,7 @@ def _held(mechanism: Mechanism, start: Start) -> _Held:
 def _close_on_curves(
     mechanism: Mechanism, q: FloatArray, held: _Held, straight: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """As `_close`, with no point beyond an end of its curve: there its row is zero, too."""
+    """As `_close`, but refuse points beyond an end of a curve, where their row is zero, too."""
     q, places = _close(mechanism, q, held, straight)
     for slot, place in zip(mechanism.slots, places, strict=True):
         away = float(np.hypot(*(slot_point(slot, q) - slot.curve.point(place))))
@@ -450,7 +456,7 @@ def _close(
         roots = whole_roots(mechanism, q) if straight else scale_roots(mechanism)
         motion = LeastMotion(mechanism, joints, roots, -joints.residual, straight)
         step = motion.nearest()
-        # Far from closed a full step may overshoot: no part turns more than half a radian at once.
+        # A full step may overshoot: no part turns by more than half a radian in a step.
         step = step * min(1.0, 0.5 / max(float(np.abs(step[:, 2]).max()), TINY))
         q = q + step
         q = _straightened(mechanism, q) if straight else q
@@ -459,7 +465,7 @@ def _close(
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
     if any(abs(q[part, 2] - angle) > CLOSED for part, angle in held.angles.items()):
-        _refuse_open(first)  # joints have turned what is held: without that they stay open
+        _refuse_open(first)  # joints close only by turning parts that must stay
     _refuse_open(joints)
     _refuse_moved(mechanism, held, q)
     kept = [kept_in(*slot, q, place) for slot, place in zip(slots, places, strict=True)]
@@ -481,7 +487,7 @@ def _refuse_open(joints: Constraints) -> None:
         return
     gaps, turns = joints.open_by
     worst = int(np.argmax(np.maximum(gaps, turns)))
-    held = joints.residual[joints.first_rows[-1] :]  # these gave way, too
+    held = joints.residual[joints.first_rows[-1] :]  # held values moved, too
     gap, turn = float(gaps.sum() + np.abs(held).sum()), float(turns.sum())
     raise CannotAssembleError(joints.names[worst], joints.kinds[worst], gap, turn)
 
@@ -498,7 +504,7 @@ def _refuse_moved(mechanism: Mechanism, held: _Held, q: FloatArray) -> None:
 
 
 def kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
-    """Return the place, or that of the same point in the slot's lap: on the seam its start."""
+    """Return the place, moved into the slot's lap; on the seam of laps the start of the lap."""
     start, end = ends_of_lap(slot.curve, lap)
     if np.hypot(*(slot_point(slot, q) - slot.curve.point(start))) <= CLOSED:
         return start
@@ -506,9 +512,9 @@ def kept_in(slot: Slot, lap: int, q: FloatArray, place: float) -> float:
 
 
 def place_in(slot: Slot, lap: int, q: FloatArray) -> float:
-    """Place next to the anchor in a lap of the curve.
+    """Place nearest to the anchor in a lap of the curve.
 
-    Laps share their meeting point, and often more: there the same point in this lap is meant.
+    Laps share points at their seam, and often more; the place in this lap is returned.
     """
     point = slot_point(slot, q)
     start, end = ends_of_lap(slot.curve, lap)
@@ -523,8 +529,8 @@ def place_in(slot: Slot, lap: int, q: FloatArray) -> float:
     return place if place > start else float(slot.curve.nearest(point, near=end))
 
 
-SECOND = 0.1  # rad/s: as much counts 1 m/s of a point, in a mechanism with 1 m from end to end
-MOST_ROUNDS = 50  # each leaves about SECOND^2 of what is missing, of many parts in a row more
+SECOND = 0.1  # rad/s: weight of 1 m/s of a point in a mechanism of 1 m
+MOST_ROUNDS = 50  # each leaves about SECOND^2 of the error; more in long chains of parts
 
 
 def least_speeds(
@@ -534,29 +540,30 @@ def least_speeds(
     q: FloatArray,
     rigid: bool = False,
 ) -> FloatArray:
-    """Velocities (parts, 3) at `q` that satisfy rows, as far as they can, and are least.
+    """Least velocities (parts, 3) at `q` that satisfy rows, as far as possible.
 
-    With `rigid` every body moves as one, and counts once.
+    With `rigid` the parts of a body move as one and count once.
     """
     roots = _roots(mechanism, q, rigid)
     motion = LeastMotion(mechanism, rows, roots, right, rigid)
-    # What comes second weighs little, and that it weighs at all is mended in rounds: each asks for
-    # the speeds of points that the one before found (the proximal point algorithm).
+    # The speeds of points have a small weight, but disturb the angular speeds all the same. Rounds
+    # remove this error: each is nearest to the points' speeds of the round before (the proximal
+    # point algorithm).
     points = roots[:, :, :2] @ roots[:, :, :2].transpose(0, 2, 1)
     v = motion.nearest()
     for _ in range(MOST_ROUNDS):
         before, v = v, motion.nearest(np.einsum("pij,pj->pi", points, v))
         if np.abs(v - before).max(initial=0.0) <= ROUNDING * np.abs(v).max(initial=0.0):
             break
-    # So little weight costs digits: the next speeds in an even metric have them all.
+    # A small weight costs digits. The nearest speeds by an even metric are exact to rounding.
     even = scale_roots(mechanism)
     wanted = np.einsum("pij,pj->pi", even @ even.transpose(0, 2, 1), v)
     return LeastMotion(mechanism, rows, even, right, rigid).nearest(wanted)
 
 
 def _roots(mechanism: Mechanism, q: FloatArray, rigid: bool) -> FloatArray:
-    """Metric, see `LeastMotion`: of the points by which parts hang, and of their turning."""
-    size = sum(part.reach for part in mechanism.parts)  # so many may hang one on another
+    """Metric (see `LeastMotion`) of the points by which parts hang, and of angular speeds."""
+    size = sum(part.reach for part in mechanism.parts)  # length of a chain of all parts
     roots = np.zeros((len(mechanism.parts), 3, 3))
     for part, (x, y) in _hung_by(mechanism, rigid).items():
         cos, sin = np.cos(q[part, 2]), np.sin(q[part, 2])
@@ -568,9 +575,9 @@ def _roots(mechanism: Mechanism, q: FloatArray, rigid: bool) -> FloatArray:
 
 
 def _hung_by(mechanism: Mechanism, rigid: bool) -> dict[int, tuple[float, float]]:
-    """Points (m, in their own axes) by which parts hang: in a joint, a slot, or at their centre.
+    """Points (m, in the parts' axes) by which parts hang: a joint, a slot, or the centre.
 
-    With `rigid` only of the part by which a whole body hangs.
+    With `rigid`, only the part counts by which a whole body hangs.
     """
     tree = spanning_tree(mechanism)
     joints = [*mechanism.attachments, *mechanism.slides]
@@ -580,9 +587,9 @@ def _hung_by(mechanism: Mechanism, rigid: bool) -> dict[int, tuple[float, float]
         parent, joint = tree.parents[part], tree.joints[part]
         if rigid and within_body(mechanism, part, parent):
             continue
-        at = in_slots.get(part, Anchor(part, *mechanism.parts[part].centre))
-        if joint != NOTHING:
+        anchor = in_slots.get(part, Anchor(part, *mechanism.parts[part].centre))
+        if joint != NO_ITEM:
             ends = joints[joint].first, joints[joint].second
-            at = next(end for end in ends if end.part == part)
-        hung[part] = at.x, at.y
+            anchor = next(end for end in ends if end.part == part)
+        hung[part] = anchor.x, anchor.y
     return hung

@@ -1,7 +1,7 @@
 """The constraints of all joints at once, positions and velocities of anchors, and welded groups.
 
-No constraint binds more than two parts, a gear the four ends of two joints, so that its slopes are
-few numbers however many parts the mechanism has. Coordinates ``q`` have shape (parts, 3): x, y (m),
+A constraint binds two parts; that of a gear binds the four ends of two joints. So it has few
+slopes, however many parts the mechanism has. Coordinates ``q`` have shape (parts, 3): x, y (m),
 angle (rad); velocities ``v`` likewise.
 """
 
@@ -37,7 +37,7 @@ def anchor_position(anchor: Anchor, q: FloatArray) -> FloatArray:
 
 
 def _arm(anchor: Anchor, q: FloatArray) -> FloatArray:
-    """From its part's origin to an anchor, (..., 2) m."""
+    """Vector (..., 2), m, from its part's origin to an anchor."""
     return turned(np.array([anchor.x, anchor.y]), q[..., anchor.part, 2])
 
 
@@ -78,7 +78,7 @@ def line_of(slide: Slide, q: FloatArray) -> FloatArray:
 
 
 def length_along(slide: Slide, q: FloatArray) -> FloatArray:
-    """How far (...) a slide's second anchor is from its first along its line, m."""
+    """Stroke (...) of a slide, m: distance of its second anchor from the first along its line."""
     between = anchor_position(slide.second, q) - anchor_position(slide.first, q)
     return np.asarray(np.sum(line_of(slide, q) * between, axis=-1))
 
@@ -103,7 +103,7 @@ def speed_along(slide: Slide, q: FloatArray, v: FloatArray) -> FloatArray:
 
 
 def joint_speed(joint: Pin | Slide, q: FloatArray, v: FloatArray) -> FloatArray:
-    """How fast (...) a joint turns or slides, rad/s or m/s."""
+    """Speed (...) of a joint, rad/s or m/s."""
     if isinstance(joint, Slide):
         return speed_along(joint, q, v)
     return turning(joint.first.part, joint.second.part, v)
@@ -135,13 +135,13 @@ def left_of(vectors: FloatArray) -> FloatArray:
 
 
 def places_near(mechanism: Mechanism, q: FloatArray, near: FloatArray) -> FloatArray:
-    """Parameters (slots,) of curves next to the slots' anchors, searched from those `near`."""
+    """Parameters (slots,) of the curves nearest to the slots' anchors, searched from `near`."""
     slots = zip(mechanism.slots, near.tolist(), strict=True)
     return np.array([s.curve.nearest(slot_point(s, q), near=u) for s, u in slots], dtype=float)
 
 
 def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Value that is sensed at states (..., parts, 3): (...,)."""
+    """Value (...,) of a sense in states (..., parts, 3)."""
     if isinstance(sense, Turning):
         x = v if sense.is_speed else q
         return turning(sense.first, sense.second, x)
@@ -149,13 +149,13 @@ def sensed(sense: Sense, q: FloatArray, v: FloatArray) -> FloatArray:
         return speed_along(sense.slide, q, v) if sense.is_speed else length_along(sense.slide, q)
     if isinstance(sense, Apart):
         between = anchor_position(sense.second, q) - anchor_position(sense.first, q)
-        assert not sense.is_speed  # who asks for the rate of a spring has its force
+        assert not sense.is_speed  # only a spring's force needs its rate
         return np.asarray(np.hypot(between[..., 0], between[..., 1]))
     return np.asarray(anchor_position(sense.point, q)[..., sense.axis])
 
 
 def motor_place(motor: Motor, q: FloatArray) -> FloatArray:
-    """Angle (rad), or length along its slide (m), that a motor prescribes, at states (...,)."""
+    """Angle (rad), or stroke of its slide (m), that a motor prescribes, in states (...,)."""
     return sensed(_sense_of(motor, is_speed=False), q, q)
 
 
@@ -171,17 +171,17 @@ def _sense_of(motor: Motor, is_speed: bool) -> Sense:
 
 
 def size_at(size: Size, time: float, q: FloatArray, v: FloatArray) -> float:
-    """Size (N m or N) at one state (parts, 3).
+    """Size (N m or N) in one state (parts, 3).
 
     Raises:
-        ArithmeticError: it has none there.
+        ArithmeticError: it has no value there.
 
     """
     return size.value.at(time, [float(sensed(sense, q, v)) for sense in size.senses])
 
 
 def sizes_at(size: Size, time: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
-    """As `size_at`, at instants (n,) and states (n, parts, 3)."""
+    """As `size_at`, for instants (n,) and states (n, parts, 3)."""
     return size.value.values(time, [sensed(sense, q, v) for sense in size.senses])
 
 
@@ -192,9 +192,9 @@ def force_at(force: PointForce, time: FloatArray, q: FloatArray, v: FloatArray) 
 
 
 _ROWS = {"revolute": 2, "weld": 3, "slide": 2, "slot": 1, "gear": 1, "drive": 1, "slide drive": 1}
-# Rows that are in m, the first of each joint.
+# Number of rows in m; they are the first rows of each joint.
 LENGTHS = {"revolute": 2, "weld": 2, "slide": 1, "slot": 1, "gear": 0, "drive": 0, "slide drive": 1}
-# Of a complex step: a power of two, far below rounding, so that slopes are exact.
+# Complex step: a power of two, so small that slopes are exact.
 STEP = 2.0**-100
 
 
@@ -203,9 +203,9 @@ class Constraints:
     """Constraints of every joint, in the mechanism's order.
 
     Joint j has the rows ``first_rows[j]`` to ``first_rows[j + 1]``. `residual` (rows,) is in m or
-    rad; `parts` (rows, 2) are the joint's first and second part, GROUND for none, and `slopes`
-    (rows, 2, 3) the derivatives of the residual by their coordinates. With gears both are twice as
-    broad, and a part may be there twice. `count` is the number of parts.
+    rad; `parts` (rows, 2) are the joint's first and second part, GROUND without a part, and
+    `slopes` (rows, 2, 3) are the derivatives of the residual by their coordinates. With gears both
+    have four parts, perhaps the same part twice. `count` is the number of parts.
     """
 
     names: tuple[str, ...]
@@ -221,7 +221,7 @@ class Constraints:
 
     @property
     def open_by(self) -> tuple[FloatArray, FloatArray]:
-        """How far every joint is open: in m, and in rad (joints,)."""
+        """Openings of every joint, (joints,) each: in m, and in rad."""
         joints = np.repeat(np.arange(len(self.kinds)), np.diff(self.first_rows))
         within = np.arange(len(joints)) - self.first_rows[joints]
         in_metres = within < np.array([LENGTHS[kind] for kind in self.kinds], dtype=int)[joints]
@@ -232,19 +232,19 @@ class Constraints:
 
     def times(self, v: FloatArray) -> FloatArray:
         """Jacobian times velocities (parts, 3): (rows,)."""
-        moved = np.vstack([v, np.zeros((1, 3))])  # GROUND, -1, is the last: it does not move
+        moved = np.vstack([v, np.zeros((1, 3))])  # GROUND (-1) is the last row; it does not move
         return np.asarray(np.einsum("rij,rij->r", self.slopes, moved[self.parts]))
 
     def holding(self, multipliers: FloatArray) -> FloatArray:
-        """Generalised forces (parts, 3) of multipliers (rows,): the Jacobian, turned over."""
-        held = np.zeros((self.count + 1, 3))  # GROUND, -1, is the last
+        """Generalised forces (parts, 3) of multipliers (rows,), by the transposed Jacobian."""
+        held = np.zeros((self.count + 1, 3))  # GROUND (-1) is the last row
         np.add.at(held, self.parts, self.slopes * multipliers[:, None, None])
         return held[: self.count]
 
     def jacobian(self, rows: IndexArray | None = None) -> FloatArray:
-        """Jacobian by the coordinates of all parts, (rows, 3 parts), of all rows or of those given.
+        """Dense Jacobian (rows, 3 parts) by all coordinates, of all rows or of given ones.
 
-        It is as wide as the mechanism has parts: for a few rows at a time.
+        It grows with the number of parts, so ask for few rows at a time.
         """
         rows = np.arange(len(self)) if rows is None else rows
         dense = np.zeros((len(rows), self.count + 1, 3))
@@ -255,7 +255,7 @@ class Constraints:
     def with_fixed(
         self, fixed: Sequence[tuple[int, int]], residual: Sequence[float] | None = None
     ) -> Constraints:
-        """Add a row of no joint for each part and coordinate (0, 1, 2: x, y, angle)."""
+        """Add a row without joint for each part and coordinate (0, 1, 2: x, y, angle)."""
         slopes = np.zeros((len(fixed), 2, 3))
         for row, (_, axis) in enumerate(fixed):
             slopes[row, 1, axis] = 1.0
@@ -264,7 +264,7 @@ class Constraints:
         return self.with_rows(given, parts, slopes)
 
     def with_rows(self, residual: FloatArray, parts: IndexArray, slopes: FloatArray) -> Constraints:
-        """Add rows of no joint."""
+        """Add rows without joints."""
         _, parts, slopes = _widened((residual, parts, slopes), self.parts.shape[1])
         return replace(
             self,
@@ -277,9 +277,9 @@ class Constraints:
 def constraint_rows(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> Constraints:
     """Constraints of every joint and speed motor at `q`, in the mechanism's order.
 
-    `places` are the slots' curve parameters, next to the anchors. A motor holds what it starts
-    with; of one that starts as assembled only the slopes count, its residual is off by that, as is
-    that of gears.
+    `places` are the slots' curve parameters, nearest to the anchors. A motor holds its starting
+    value. A motor without one, and gears, start as assembled: then only the slopes count, since the
+    residual contains the starting value.
     """
     motors, gears = mechanism.speed_motors, mechanism.gears
     starts = np.array([motor.start or 0.0 for motor in motors])
@@ -310,10 +310,11 @@ def constraint_rows(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> 
 
 
 def joint_residuals(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
-    """How far every joint is open (m, and rad) at many instants, (instants, joints).
+    """Openings of every joint (m and rad) at many instants, (instants, joints).
 
-    `q` is (instants, parts, 3), `places` (instants, slots) the slots' curve parameters next to
-    their anchors. Motors and gears are left out. Joints that are open in both have two columns.
+    `q` is (instants, parts, 3), `places` (instants, slots) are the slots' curve parameters nearest
+    to their anchors. Motors and gears are left out. A joint that can open in m and in rad has two
+    columns.
     """
     residuals = []
     for kind, family in zip(_KINDS, _families(mechanism, places), strict=True):
@@ -333,10 +334,10 @@ _Open = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 class _Family(NamedTuple):
-    """Joints of one kind: their parts (joints, 2), and how far they are open.
+    """Joints of one kind: their parts (joints, 2), and their openings.
 
-    That is (..., joints, rows) m or rad by the poses (..., joints, 3) of the first parts and of the
-    second ones, which may be complex.
+    `open_at` returns openings (..., joints, rows), m or rad, for poses (..., joints, 3) of first
+    and of second parts; poses may be complex.
     """
 
     parts: IndexArray
@@ -348,7 +349,7 @@ class _Family(NamedTuple):
         return np.concatenate([q, ground], axis=-2)[..., self.parts, :]
 
     def residual(self, q: FloatArray) -> FloatArray:
-        """How far all are open at coordinates (..., parts, 3)."""
+        """Openings of all joints at coordinates (..., parts, 3)."""
         poses = self.poses(q)
         return self.open_at(poses[..., 0, :], poses[..., 1, :])
 
@@ -366,7 +367,7 @@ def _rows_of(family: _Family, q: FloatArray) -> _Block:
 
 
 def _families(mechanism: Mechanism, places: FloatArray) -> list[_Family]:
-    """Pins, welds, slides and slots, these by normals of curves at their `places` (..., slots)."""
+    """Pins, welds, slides, and slots by the curves' normals at their `places` (..., slots)."""
     pins, welds, slides, slots = mechanism.pins, mechanism.welds, mechanism.slides, mechanism.slots
     return [
         _family([(pin.first.part, pin.second.part) for pin in pins], _gap(pins)),
@@ -387,14 +388,14 @@ def _points(anchors: Sequence[Anchor]) -> Callable[[FloatArray], FloatArray]:
 
 
 def _gap(joints: Sequence[Pin | Weld | Slide]) -> _Open:
-    """From the first to the second anchor, along x and y."""
+    """Vector from the first to the second anchor."""
     starts = _points([joint.first for joint in joints])
     ends = _points([joint.second for joint in joints])
     return lambda first, second: ends(second) - starts(first)
 
 
 def _turn(angles: Sequence[float]) -> _Open:
-    """Angle of the second part against the first, less what it should be."""
+    """Angle of the second part against the first, minus the given angle."""
     return lambda first, second: (second[..., 2] - first[..., 2] - np.array(angles))[..., None]
 
 
@@ -404,7 +405,7 @@ def _welded(welds: Sequence[Weld]) -> _Open:
 
 
 def _on_line(slides: Sequence[Slide]) -> _Open:
-    """Where the second anchor is from the first: along the line, and left of it."""
+    """Place of the second anchor relative to the first: along the line, and left of it."""
     gap, directions = _gap(slides), np.array([slide.direction for slide in slides])
     return lambda first, second: turned(gap(first, second), -(first[..., 2] + directions))
 
@@ -417,7 +418,7 @@ def _slid(slides: Sequence[Slide]) -> _Open:
 
 
 def _slotted(slots: Sequence[Slot], places: FloatArray, across: bool) -> _Family:
-    """How far anchors are from `places` (..., slots) on their curves, across these or along."""
+    """Distances of anchors from `places` (..., slots) on their curves, across or along these."""
     shape = (*places.shape[:-1], len(slots), 2)
     ways, points = np.zeros(shape), np.zeros(shape)
     for k, slot in enumerate(slots):
@@ -436,7 +437,7 @@ def _slotted(slots: Sequence[Slot], places: FloatArray, across: bool) -> _Family
 def _moving(
     parts: Sequence[tuple[int, int]], slides: Sequence[Slide | None], starts: FloatArray
 ) -> _Family:
-    """Angles of second parts against first ones, or lengths along slides, less their starts."""
+    """Angles of second parts against first ones, or strokes of slides, minus their starts."""
     turn = _turn(starts.tolist())
     ends = [(Anchor(first, 0.0, 0.0), Anchor(second, 0.0, 0.0)) for first, second in parts]
     lines = [slide or Slide("", *pair) for slide, pair in zip(slides, ends, strict=True)]
@@ -450,7 +451,7 @@ def _moving(
 
 
 def _geared(gears: Sequence[Gear], q: FloatArray) -> _Block:
-    """Rows of gears: those that would prescribe both joints, by the gears' weights."""
+    """Rows of gears: sums of the motions of both joints, by the gears' weights."""
     ties = [tie for gear in gears for tie in gear.ties]
     moving = _moving([tie.parts for tie in ties], [tie.slide for tie in ties], np.zeros(len(ties)))
     residual, ends, slopes = _rows_of(moving, q)
@@ -464,7 +465,7 @@ def _geared(gears: Sequence[Gear], q: FloatArray) -> _Block:
 
 
 def _widened(block: _Block, width: int) -> _Block:
-    """Let rows bind so many parts, the others being the ground."""
+    """Widen rows to `width` parts; the added parts are the ground."""
     residual, parts, slopes = block
     more = width - parts.shape[1]
     if not more:
@@ -473,23 +474,23 @@ def _widened(block: _Block, width: int) -> _Block:
     return residual, parts, np.pad(slopes, [(0, 0), (0, more), (0, 0)])
 
 
-# --- rows of no joint ---------------------------------------------------------------------------
+# --- rows without joints------------------------------------------------------------------------
 
 
 def along_slides(slides: Sequence[Slide], lengths: FloatArray, q: FloatArray) -> _Block:
-    """How far slides are out, less the `lengths` (m) they should be: residual, parts, slopes."""
+    """Strokes of slides minus given `lengths` (m): residual, parts, slopes."""
     parts = [(slide.first.part, slide.second.part) for slide in slides]
     return _rows_of(_moving(parts, slides, lengths), q)
 
 
 def along_slots(slots: Sequence[Slot], q: FloatArray, places: FloatArray) -> _Block:
-    """How far each anchor is from its place on the curve, along the curve's tangent."""
+    """Distance of each anchor from its place on the curve, along the curve's tangent."""
     return _rows_of(_slotted(slots, places, across=False), q)
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Axes at a place (m) of a link's axes, turned by `angle` (rad); link GROUND is the ground."""
+    """A frame at a place (m) in a link's axes, turned by `angle` (rad); GROUND is the ground."""
 
     link: int
     x: float = 0.0
@@ -502,14 +503,14 @@ class Frame:
         return self.x + c * x - s * y, self.y + s * x + c * y
 
 
-def with_at_origin(at: tuple[float, float], link: int, angle: float) -> Frame:
-    """Axes, turned by `angle` in those of a link, whose point `at` is the link's origin."""
-    x, y = Frame(link, 0.0, 0.0, angle).place(*at)
+def frame_about(point: tuple[float, float], link: int, angle: float) -> Frame:
+    """A frame turned by `angle` against a link; its `point` (m) is the link's origin."""
+    x, y = Frame(link, 0.0, 0.0, angle).place(*point)
     return Frame(link, -x, -y, angle)
 
 
 def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
-    """Parts that are welded together, with frames in the axes of the first; the ground's first."""
+    """Groups of welded parts, with frames in the axes of the first part; the ground's is first."""
     left = [GROUND, *range(len(mechanism.parts))]
     groups = []
     while left:
@@ -519,7 +520,7 @@ def weld_groups(mechanism: Mechanism) -> list[dict[int, Frame]]:
 
 
 def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
-    """A part and all that is welded to it, with frames in its axes."""
+    """A part and all parts welded to it, with frames in its axes."""
     group = {part: Frame(GROUND)}
     while out := [
         weld for weld in welds if len({weld.first.part, weld.second.part} & group.keys()) == 1
@@ -529,16 +530,18 @@ def welded_to(part: int, welds: Sequence[Weld]) -> dict[int, Frame]:
         known, added = (weld.first, weld.second) if near else (weld.second, weld.first)
         angle = group[known.part].angle + (weld.angle if near else -weld.angle)
         x, y = group[known.part].place(known.x, known.y)
-        back = with_at_origin((added.x, added.y), GROUND, angle)
+        back = frame_about((added.x, added.y), GROUND, angle)
         group[added.part] = Frame(GROUND, x + back.x, y + back.y, angle)
     return group
 
 
-def inertia_with_welded(at: Anchor, parts: Sequence[RigidPart], welds: Sequence[Weld]) -> float:
-    """Moment of inertia (kg m^2) about a point of a part, with all that is welded to the part."""
+def inertia_with_welded(point: Anchor, parts: Sequence[RigidPart], welds: Sequence[Weld]) -> float:
+    """Moment of inertia (kg m^2) about a point of a part, with all parts welded to it."""
     total = 0.0
-    for part, frame in welded_to(at.part, welds).items():
+    for part, frame in welded_to(point.part, welds).items():
         if part != GROUND:
             x, y = frame.place(*parts[part].centre)
-            total += parts[part].inertia + parts[part].mass * ((x - at.x) ** 2 + (y - at.y) ** 2)
+            total += parts[part].inertia + parts[part].mass * (
+                (x - point.x) ** 2 + (y - point.y) ** 2
+            )
     return total

@@ -43,7 +43,7 @@ from exudyn_flexlink.scene import (
 def pressing_law(
     scene: Scene, law: PenaltyLaw | StopLaw, radii: tuple[float, float] | None = None
 ) -> PressingLaw:
-    """As `penalty_of`, also of stops of joints, and of impulses."""
+    """As `penalty_of`, also for stops of joints and for impulses."""
     if isinstance(law, ImpulseLaw):
         slip = law.tangential_restitution if isinstance(law, RubbingImpulse) else 0.0
         return Impulse(law.restitution, slip)
@@ -56,9 +56,9 @@ def pressing_law(
 
 
 def penalty_of(scene: Scene, law: PenaltyLaw, radii: tuple[float, float] | None = None) -> Penalty:
-    """Return the pressing force of a law; `radii` (m) are those that the contact itself has.
+    """Return the pressing force of a law; `radii` (m) are those of the contact.
 
-    That of a hollow is negative.
+    The radius of a hollow is negative.
     """
     if isinstance(law, ContactLaw):
         return RestitutionPenalty(law.stiffness, law.restitution, law.transition_speed)
@@ -72,12 +72,12 @@ def penalty_of(scene: Scene, law: PenaltyLaw, radii: tuple[float, float] | None 
 def _by_materials(scene: Scene, law: HertzLaw, radii: tuple[float, ...]) -> Penalty:
     """Force of elastic bodies: ``4/3 E sqrt(R) d^1.5``, or that of parallel cylinders.
 
-    Spheres by H. Hertz (1882), which H. M. Lankarani and P. E. Nikravesh use for a pin in a bore,
-    too. Cylinders by K. L. Johnson (1985), ``d = q/(pi E) [ln(4 pi E D/q) - 1]``, and by
-    E. I. Radzimovsky (1953), ``d = q/(pi E) [2/3 + ln(16 R1 R2/b^2)]`` with the width
-    ``b = 1.6 sqrt(2 q R1 R2/(D E))``; D is the sum of the radii, in a hollow their difference.
+    For spheres the law of H. Hertz (1882), which H. M. Lankarani and P. E. Nikravesh also use for a
+    pin in a bore. For cylinders K. L. Johnson (1985), ``d = q/(pi E) [ln(4 pi E D/q) - 1]``, and E.
+    I. Radzimovsky (1953), ``d = q/(pi E) [2/3 + ln(16 R1 R2/b^2)]`` with the width ``b = 1.6 sqrt(2
+    q R1 R2/(D E))``; D is the sum of the radii, or their difference in a hollow.
     """
-    assert law.materials is not None  # the scene checks that there is one of both
+    assert law.materials is not None  # the scene checks that one of both is given
     modulus = 1 / sum(_compliance(scene, name) for name in law.materials)
     if law.formula not in ("johnson", "radzimovsky"):
         return PowerPenalty(4 / 3 * modulus / sqrt(sum(1 / radius for radius in radii)))
@@ -95,11 +95,11 @@ def _compliance(scene: Scene, name: str) -> float:
     return (1 - material.poissons_ratio**2) / material.youngs_modulus
 
 
-HEAVY = 1e3  # times all the rest: a lever that stands still as it is struck
+HEAVY = 1e3  # times all other masses: a strike hardly moves a lever so heavy
 
 
 class Approach(NamedTuple):
-    """How near a contact is, (...): see `shapes.Look`; directions are vectors (..., 2)."""
+    """Gap and place of a contact, (...), as in `shapes.Look`; directions are vectors (..., 2)."""
 
     gap: FloatArray
     place: FloatArray
@@ -111,30 +111,30 @@ class Approach(NamedTuple):
 
 
 def on_the_contact(contact: Contact, place: float) -> bool:
-    """Tell whether a place is one where the contact can act: what is closed has no ends."""
+    """Tell whether a place is between the ends of the contact; closed curves have no ends."""
     length = contact.length
     return length == inf or 0 <= place <= length
 
 
-def far_behind(contact: Contact, at: Approach) -> bool:
-    """Tell whether a point is behind a face or a curve, and farther from it than that is long.
+def far_behind(contact: Contact, look: Approach) -> bool:
+    """Tell whether a point is behind a face or a curve by more than its length.
 
-    There it counts as one that came beside the face, if it can: the contact lets it pass.
+    Such a point counts as one that came round an end: the contact does not act.
     """
     if isinstance(contact, FaceContact) and contact.across:
         return False
-    opposite = on_the_contact(contact, float(at.place))
-    return opposite and float(at.gap) <= -contact.length
+    opposite = on_the_contact(contact, float(look.place))
+    return opposite and float(look.gap) <= -contact.length
 
 
-def pressed_at(contact: Contact, at: Approach) -> bool:
-    """Tell whether a contact that looks so is pressed: with penetration, opposite its face."""
-    pressed = at.gap < -PLACE_ROUNDING and on_the_contact(contact, float(at.place))
-    return bool(pressed) and not far_behind(contact, at)
+def pressed_at(contact: Contact, look: Approach) -> bool:
+    """Tell whether a contact presses: the point is opposite the face, with penetration."""
+    pressed = look.gap < -PLACE_ROUNDING and on_the_contact(contact, float(look.place))
+    return bool(pressed) and not far_behind(contact, look)
 
 
 def pressed_among(contacts: Sequence[Contact], q: FloatArray) -> list[int]:
-    """Numbers of the contacts that are pressed at coordinates (parts, 3), as at a rest."""
+    """Numbers of the contacts that press at coordinates (parts, 3), without motion."""
     still = np.zeros_like(q)
     return [
         k for k, contact in enumerate(contacts) if pressed_at(contact, approach(contact, q, still))
@@ -142,7 +142,7 @@ def pressed_among(contacts: Sequence[Contact], q: FloatArray) -> list[int]:
 
 
 def pressing_at_start(scene: Scene, mechanism: Mechanism) -> dict[int, float]:
-    """Speeds (m/s) at which contacts touched that press as a run is gone on from, by numbers."""
+    """Speeds (m/s) at which the contacts touched that press at the start, by number."""
     numbers = mechanism.numbers
     return {
         numbers[name] + pair: speed
@@ -154,17 +154,17 @@ def pressing_at_start(scene: Scene, mechanism: Mechanism) -> dict[int, float]:
 def idle_at_start(
     mechanism: Mechanism, q: FloatArray, v: FloatArray
 ) -> Iterator[tuple[Contact, str]]:
-    """Give the contacts that do not act at first, though the point is opposite their face.
+    """Yield contacts that do not act at time 0 although the point is opposite the face.
 
-    At coordinates and velocities (parts, 3) of time 0; with a sentence for each.
+    A sentence goes with each. Coordinates and velocities are (parts, 3).
     """
     for contact in mechanism.contacts:
-        at = approach(contact, q, v)
-        if far_behind(contact, at):
+        look = approach(contact, q, v)
+        if far_behind(contact, look):
             what = "line" if isinstance(contact, FaceContact) else "curve"
             yield (
                 contact,
-                f"'{contact.name}' starts {-float(at.gap):.3g} m behind its {what}, which is "
+                f"'{contact.name}' starts {-float(look.gap):.3g} m behind its {what}, which is "
                 f"{contact.length:.3g} m long: it does not act until the point has come "
                 "round an end; if that side is the free one, choose the other 'side'",
             )
@@ -173,9 +173,9 @@ def idle_at_start(
 def in_guides(
     scene: Scene, mechanism: Mechanism, q: FloatArray
 ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Give the name of every sleeve, and from where to where (...) its link is along its guide.
+    """Yield every sleeve's name, and the first and last place (...) of its link along the guide.
 
-    In lengths of the guide: 0 and 1 are its mouths. `q` has shape (..., parts, 3).
+    Places are in lengths of the guide: 0 and 1 are its mouths. `q` has shape (..., parts, 3).
     """
     points = mechanism.points
     for name, sleeve in scene.joints.items():
@@ -191,10 +191,10 @@ def in_guides(
 
 
 def swings(mechanism: Mechanism) -> list[float]:
-    """How long struck levers, with all that is welded to them, turn an error of speed into angles.
+    """Times (s) by which struck levers turn an error of speed into an error of angle.
 
-    That is 1/omega (s) on their springs, infinite without a spring. A contact with what has no
-    pivot of its own, or is so heavy that a strike hardly moves it, has none.
+    It is 1/omega of the lever, with all parts welded to it, on its springs; infinite without a
+    spring. Bodies without a pivot, or too heavy to be moved by a strike, have no time.
     """
     times, all_mass = [], sum(part.mass for part in mechanism.parts)
     for contact in mechanism.contacts:

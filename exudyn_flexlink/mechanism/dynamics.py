@@ -62,8 +62,8 @@ from exudyn_flexlink.scene import (
 from exudyn_flexlink.scene.names import Parts
 from exudyn_flexlink.source import Mistake
 
-POINT = 1e-6  # of its reach: radius of gyration of a point mass, since equations need some inertia
-STEEL = 7850.0  # kg/m^3: density of a body without any extent of its own
+POINT = 1e-6  # of its reach: radius of gyration of a point mass; the equations need some inertia
+STEEL = 7850.0  # kg/m^3: density assumed for a body of which only the mass is known
 
 
 def chain_of(scene: Scene, body: FlexibleBody) -> Chain:
@@ -76,7 +76,7 @@ def chain_of(scene: Scene, body: FlexibleBody) -> Chain:
 def beam_of(scene: Scene, body: FlexibleBody | RodBody) -> Beam:
     """Length, mass per length, bending stiffness and thickness of a uniform body.
 
-    Of whatever section, the thickness is that of the rectangle with its second moment and area.
+    The thickness is that of a rectangle with the second moment and the area of the section.
     """
     material, section = scene.materials[body.material], body.section
     return Beam(
@@ -88,9 +88,9 @@ def beam_of(scene: Scene, body: FlexibleBody | RodBody) -> Beam:
 
 
 def _station(lengths: Sequence[float], place: float) -> tuple[int, float]:
-    """Rod at a distance (m) from the start, of rods of these lengths, and the place along it.
+    """Rod at a distance (m) from the start of a row of rods, and the place along it (m).
 
-    On a hinge, but for rounding, that is the rod before it.
+    On a hinge, within rounding, it is the rod before the hinge.
     """
     rod = 0
     while rod < len(lengths) - 1 and place > lengths[rod] * (1 + 1e-9):
@@ -100,7 +100,7 @@ def _station(lengths: Sequence[float], place: float) -> tuple[int, float]:
 
 
 class Bodies:
-    """All parts, in the order of the scene's bodies, and what holds those of one body together."""
+    """All parts, in the order of the scene's bodies, with the joints and springs within bodies."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -121,14 +121,14 @@ class Bodies:
         """Index of the first part of a body."""
         return self._first[body]
 
-    def anchor(self, point: str, at: tuple[float, float] | None = None) -> Anchor:
-        """Anchor of 'body.point', or of the place `at` for 'ground'."""
+    def anchor(self, point: str, place: tuple[float, float] | None = None) -> Anchor:
+        """Anchor of 'body.point', or of a `place` (m) on the ground."""
         if point == GROUND_NAME:
-            return Anchor(GROUND, *(at or (0.0, 0.0)))
+            return Anchor(GROUND, *(place or (0.0, 0.0)))
         return self.points[point]
 
     def _on_one_rod(self, first: Anchor, second: Anchor) -> tuple[Anchor, Anchor]:
-        """Two points of a body, as points of one of its rods where a hinge lets them be."""
+        """Two points of a body; if one is on a hinge, both as points of one rod where possible."""
         for pin in self.pins:
             parts = pin.first.part, pin.second.part
             if (first.part, second.part) == parts and isclose(first.x, pin.first.x):
@@ -138,12 +138,12 @@ class Bodies:
         return first, second
 
     def face(self, contact: PointOnLine | LineOnCurve) -> tuple[Anchor, Anchor]:
-        """Both ends of a straight face, on one part if there is one that has both."""
+        """Both ends of a straight face, on one part if possible."""
         start, end = (self.anchor(point) for point in contact.line)
         return self._on_one_rod(start, end)
 
     def bent_faces(self) -> Iterator[Mistake]:
-        """Refuse lines of contacts that are no straight faces: that bend, or have no length."""
+        """Refuse lines of contacts that can bend, or have no length."""
         for name, contact in self.scene.contacts.items():
             if not isinstance(contact, PointOnLine | LineOnCurve):
                 continue
@@ -160,7 +160,7 @@ class Bodies:
                 yield Mistake(path, "both points are at one place: a line needs a length")
 
     def carrier(self, curve: str) -> int:
-        """Index of the part that carries a curve, GROUND where none does."""
+        """Index of the part that carries a curve, or GROUND."""
         on = self.scene.curves[curve].on
         return GROUND if on is None else self.first_part(on)
 
@@ -198,7 +198,7 @@ class Bodies:
     def _add_chain(self, name: str, body: FlexibleBody) -> dict[str, Anchor]:
         chain, beam = chain_of(self.scene, body), beam_of(self.scene, body)
         first, rods = len(self.parts), chain.rods
-        if body.stretch:  # each rod gives way between its halves
+        if body.stretch:  # the two halves of each rod slide on each other
             rods = tuple(beam.rod(rod.length / 2) for rod in rods for _ in range(2))
         for i, rod in enumerate(rods, start=1):
             centre, end = (rod.length / 2, 0.0), ((rod.length, 0.0),)
@@ -227,7 +227,7 @@ class Bodies:
         self.springs.append(RotarySpring(label, *ends, hinge.stiffness, hinge.damping, 0.0))
 
     def _add_stretch(self, label: str, before: Anchor, after: Anchor, stiffness: float) -> None:
-        """Let one half of a rod slide on the other, under its axial stiffness (N/m)."""
+        """Let one half of a rod slide on the other, against the axial stiffness (N/m)."""
         slide = Slide(label, before, after)
         self.slides.append(slide)
         self.linear_springs.append(LinearSpring(label, before, after, stiffness, 0.0, 0.0, slide))
@@ -246,15 +246,15 @@ class Bodies:
         points = {key: Anchor(len(self.parts), *place) for key, place in places.items()}
         apart = [place for place in places.values() if any(place)]
         if not apart:
-            # A body that refers to its own origin only still has a size, to weigh its angle by.
+            # A body without points off its origin still needs a size, as the weight of its angle.
             size = max((body.inertia / body.mass) ** 0.5, (body.mass / STEEL) ** (1 / 3))
             apart = [(size, 0.0)]
-        # A point mass that nothing turns stays as it is, whatever its inertia: its size gives one.
-        # Where others turn with it, its own must not count.
+        # The inertia of a point mass that nothing turns is arbitrary: it follows from the size. If
+        # other bodies turn with the mass, its inertia must be negligible.
         alone = stays_a_point(Parts(dict(self.scene)), name, body)
-        reach = max(hypot(*at) for at in apart)
+        reach = max(hypot(*point) for point in apart)
         least = body.mass * (POINT * reach) ** 2
-        if 0 < body.inertia < least:  # beside a mass off its origin, rounding leaves nothing of it
+        if 0 < body.inertia < least:  # rounding removes it, against a mass off the origin
             message = f"{body.inertia:g} kg m^2 is lost by rounding beside {body.mass:g} kg"
             hint = f"0 for a point mass, else at least {least:.2g} kg m^2"
             self.mistakes.append(Mistake(("bodies", name, "inertia"), message, hint))
@@ -263,7 +263,7 @@ class Bodies:
         return points
 
 
-HALF_A_TURN = pi + 1e-6  # rad: what is assembled at half a turn is not beyond it by rounding
+HALF_A_TURN = pi + 1e-6  # rad: rounding puts no joint beyond half a turn
 
 
 def mass_blocks(mechanism: Mechanism, q: FloatArray) -> FloatArray:
@@ -333,10 +333,10 @@ def demanded_accelerations(
     v: FloatArray,
     time: float,
 ) -> FloatArray:
-    """What ``J a`` has to be by joints and motors, (rows,): ``-dJ/dt v - c_tt``.
+    """Value of ``J a`` that joints and motors demand, (rows,): ``-dJ/dt v - c_tt``.
 
-    `speeds_at` gives ``J v`` at other coordinates than `q` with the velocities `v`: its rate is a
-    central difference along the motion, exact to second order in 1e-6 s.
+    `speeds_at` gives ``J v`` with the velocities `v` at given coordinates. Its rate is a central
+    difference along the motion, exact to second order in 1e-6 s.
     """
     dt = 1e-6
     right = -(speeds_at(q + dt * v) - speeds_at(q - dt * v)) / (2 * dt)
@@ -351,20 +351,24 @@ def accelerations(
 ) -> FloatArray:
     """Accelerations (parts, 3) that satisfy equations of motion and joints, without contacts.
 
-    Those of ``M a = f``, changed as little as ``J a = -dJ/dt v - c_tt`` demands, by the measure of
-    the mass matrix; redundant joints are allowed.
+    The solution of ``M a = f`` is changed as little as ``J a = -dJ/dt v - c_tt`` demands, measured
+    by the mass matrix. Joints may be redundant.
     """
     right = demanded_accelerations(
-        mechanism, lambda at: constraints_at(mechanism, at, places).times(v), q, v, time
+        mechanism, lambda pose: constraints_at(mechanism, pose, places).times(v), q, v, time
     )
     forces = applied_forces(mechanism, q, v, time)
     return motions_by_mass(mechanism, q, places, right).nearest(forces)
 
 
 def started(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArray:
-    """Accelerations (parts, 3) of what drives set going at time 0 out of a balance of forces."""
+    """Accelerations (parts, 3) that drives cause at time 0 if all other forces are in balance."""
     right = demanded_accelerations(
-        mechanism, lambda at: np.zeros(len(constraints_at(mechanism, at, places))), q, 0 * q, 0.0
+        mechanism,
+        lambda pose: np.zeros(len(constraints_at(mechanism, pose, places))),
+        q,
+        0 * q,
+        0.0,
     )
     return motions_by_mass(mechanism, q, places, right).nearest()
 
@@ -372,7 +376,7 @@ def started(mechanism: Mechanism, q: FloatArray, places: FloatArray) -> FloatArr
 def motions_by_mass(
     mechanism: Mechanism, q: FloatArray, places: FloatArray, right: FloatArray | None = None
 ) -> LeastMotion:
-    """Motions that differ least by their mass; without `right` the joints hold what they hold."""
+    """Nearest motions, measured by the masses; without `right` joints demand ``J a = 0``."""
     constraints = constraints_at(mechanism, q, places)
     right = np.zeros(len(constraints)) if right is None else right
     roots = np.asarray(np.linalg.cholesky(mass_blocks(mechanism, q)), dtype=np.float64)
@@ -389,11 +393,11 @@ def pushed(
 def contact_mass(
     mechanism: Mechanism, contact: Contact | Channel, q: FloatArray, places: FloatArray
 ) -> float:
-    """Least mass in kg that the two bodies oppose to a contact, wherever they may touch.
+    """Least mass (kg) that the two bodies oppose to a contact, at any place and in any direction.
 
-    ``1 / (largest mobility of the first body's anchors + that of the second's)``, with every joint
-    kept, and whatever the direction. It bounds the duration of an impact from below, so the step.
-    At a hinge's stop, and a gear's flank, it is the inertia (kg m^2) that they oppose to a torque.
+    It is ``1 / (largest mobility of the first body's anchors + that of the second's)``, with every
+    joint closed. It bounds the duration of an impact from below, and so the step. At a hinge's stop
+    or a gear's flank it is the inertia (kg m^2) that the bodies oppose to a torque.
     """
     if isinstance(contact, SumStop):
         row = gradient(contact, q)
@@ -428,12 +432,12 @@ def spring_force(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArr
 
 
 def length_of(spring: LinearSpring, q: FloatArray) -> float:
-    """Distance of its anchors, or how far its slide is out, m, at coordinates (parts, 3)."""
+    """Distance (m) of a spring's anchors, or stroke of its slide, at coordinates (parts, 3)."""
     return float(_stretched(spring, q, q)[0]) + (spring.length or 0.0)
 
 
 def damping_power(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Power (...,) that the damper takes, W, at coordinates and velocities (..., parts, 3)."""
+    """Power (...,), W, that the damper dissipates at coordinates and velocities (..., parts, 3)."""
     if _draws_to_a_point(spring):
         _, moving = _between(spring, q, v)
         return np.asarray(spring.damping * np.sum(moving**2, axis=-1))
@@ -442,14 +446,14 @@ def damping_power(spring: LinearSpring, q: FloatArray, v: FloatArray) -> FloatAr
 
 
 def _draws_to_a_point(spring: LinearSpring) -> bool:
-    """Tell whether its force is that of its two anchors being apart, in whatever direction."""
+    """Tell whether a spring draws one anchor to the other from any direction (free length 0)."""
     return spring.slide is None and spring.length == 0
 
 
 def _stretched(
     spring: LinearSpring, q: FloatArray, v: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """How much longer (...,) it is than without force, m, the rate, and its direction (..., 2)."""
+    """Stretch (...,) of a spring, m, the rate of it, and the direction (..., 2)."""
     rest = spring.length or 0.0
     if spring.slide is not None:
         slide = spring.slide
@@ -461,17 +465,17 @@ def _stretched(
 
 
 def _between(spring: LinearSpring, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """From the first to the second anchor (..., 2), m, and the rate of that, m/s."""
+    """Vector (..., 2) from the first to the second anchor, m, and its rate, m/s."""
     between = anchor_position(spring.second, q) - anchor_position(spring.first, q)
     moving = anchor_velocity(spring.second, q, v) - anchor_velocity(spring.first, q, v)
     return between, moving
 
 
 def wound_at_start(mechanism: Mechanism, q: FloatArray) -> Iterator[str]:
-    """Say which springs are wound by more than half a turn at coordinates (parts, 3) of time 0.
+    """Warn of springs wound by more than half a turn at coordinates (parts, 3) of time 0.
 
-    That may be meant, as of the spring of a clock. But 170 deg and -190 deg are one place of a body
-    and two of a spring.
+    This may be intended, as for the mainspring of a clock. But 170 deg and -190 deg are the same
+    pose of a body, and different states of a spring.
     """
     for spring in mechanism.springs:
         wound = float(turning(spring.first, spring.second, q)) - (spring.rest_angle or 0.0)
@@ -528,7 +532,7 @@ class EnergyMeter:
         return np.asarray(lost)
 
     def _turned(self, x: FloatArray) -> FloatArray:
-        """Second part's angle (or speed) relative to the first's, (instants, springs)."""
+        """Angle, or speed, of the second part relative to the first, (instants, springs)."""
         ground = np.zeros((*x.shape[:-2], 1))  # index -1: the ground does not turn
         angles = np.concatenate([x[..., 2], ground], axis=-1)
         return np.asarray(angles[..., self._second] - angles[..., self._first])

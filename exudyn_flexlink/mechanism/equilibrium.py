@@ -1,14 +1,14 @@
-"""Where all forces balance while drives stand still, searched downhill from an assembled start.
+"""Rests: poses at which all forces balance while drives stand still, searched downhill.
 
-With f the applied forces, J the slopes of the joints and l their multipliers, a rest has
-``f + J^T l = 0``. Motions that joints allow are ``N z``, with ``N^T M N = 1``, so that
-``K = -N^T d(f + J^T l)/dq N`` has the squares of the angular frequencies as its eigenvalues. Each
-step is Newton's with the absolute values of these: where K is negative it leads away from what
-balances there (Y. Dauphin et al., Adv. Neural Inf. Process. Syst. 27 (2014)). Where it still ends
-on an unstable balance, it is pushed off that.
+With f the applied forces, J the slopes of the joints and l their multipliers, a rest has ``f + J^T
+l = 0``. Motions that joints allow are ``N z``, with ``N^T M N = 1``, so that ``K = -N^T d(f + J^T
+l)/dq N`` has the squares of the angular frequencies as its eigenvalues. Each step is Newton's with
+the absolute values of these: along motions of negative K it leads away from the balance (Y. Dauphin
+et al., Adv. Neural Inf. Process. Syst. 27 (2014)). If the search still ends at an unstable balance,
+the mechanism is pushed off and the search goes on.
 
-Told are where a mechanism rests, what its joints hold there, and small motions about that; which
-bodies can move, what drives leave to forces, and other ways to close the joints.
+The module gives the rest of a mechanism, with forces in joints and small motions about it; the
+bodies that can move while drives stand still; and other ways to close the joints.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from exudyn_flexlink.mechanism.constraints import (
 )
 from exudyn_flexlink.mechanism.contacts import approach, gradient, pressed_among
 from exudyn_flexlink.mechanism.dynamics import applied_forces, constraints_at, mass_blocks, pushed
-from exudyn_flexlink.mechanism.joints import GROUND, NOTHING, Contact, RopeContact, Slide
+from exudyn_flexlink.mechanism.joints import GROUND, NO_ITEM, Contact, RopeContact, Slide
 from exudyn_flexlink.mechanism.least_motion import (
     LeastMotion,
     scale_roots,
@@ -61,8 +61,8 @@ from exudyn_flexlink.rounding import NEGLIGIBLE, TINY, UNIT_ROUNDING
 class NoRestError(Sendable, ValueError):
     """There is no rest near the start.
 
-    Because of a `kind`: a "body", by its `name`, that a `force` (N) drives on and on; or a
-    "contact" by impulse that would have to press.
+    The `kind` of reason is "body", with the `name` of a body that a `force` (N) drives on and on;
+    or "contact", with the name of a contact by impulse that would have to press.
     """
 
     def __init__(self, kind: str, name: str, force: float = 0.0) -> None:
@@ -72,13 +72,13 @@ class NoRestError(Sendable, ValueError):
 
 @dataclass(frozen=True)
 class Rest:
-    """Where all forces balance; SI units.
+    """A pose at which all forces balance; SI units.
 
-    `presses` (N; N m of a hinge's stop) are forces of the contacts that press, by name. Small
-    motions go as exp(s t) with the `exponents` s (n,), undamped: purely imaginary where stable;
-    with dampers they have those of `damped`. `stiffness` and `damping` (n, n) are by motions of
-    unit mass. `left` are the rates (1/s) at which the unstable balances grow that were found on the
-    way here, and left.
+    `presses` are forces of the contacts that press, by name (N; N m at a hinge's stop). Small
+    motions without dampers go as exp(s t), with the `exponents` s (n,), which are imaginary at a
+    stable rest. `damped` has the exponents with dampers. `stiffness` and `damping` (n, n) are by
+    motions of unit mass. `left` are growth rates (1/s) of unstable rests that the search met and
+    left.
     """
 
     assembly: Assembly
@@ -92,14 +92,14 @@ class Rest:
 
     @property
     def frequencies(self) -> FloatArray:
-        """Frequencies (n,) Hz of small motions about it, undamped; 0 of what nothing resists."""
+        """Frequencies (n,), Hz, of small undamped motions; 0 for motions without stiffness."""
         return np.sort(np.abs(self.exponents.imag)) / (2 * pi)
 
     @property
     def damped(self) -> ComplexArray:
-        """Exponents (1/s) with dampers and contacts that lose energy; of each pair that of Im > 0.
+        """Exponents (1/s) with dampers and contacts that lose energy; of pairs those of Im > 0.
 
-        Empty where nothing damps.
+        Empty without damping.
         """
         if not np.any(self.damping):
             return np.zeros(0, dtype=complex)
@@ -111,7 +111,7 @@ class Rest:
 
     @property
     def growth(self) -> float:
-        """Rate (1/s) at which a small motion grows most; 0 if none does."""
+        """Largest growth rate (1/s) of a small motion; 0 if none grows."""
         return float(np.abs(self.exponents.real).max(initial=0.0))
 
     @property
@@ -121,7 +121,7 @@ class Rest:
 
     @property
     def poses(self) -> dict[str, FloatArray]:
-        """By body [x, y, angle] (m, m, rad), of a flexible one those of its rods (rods, 3)."""
+        """Pose [x, y, angle] (m, m, rad) by body; (rods, 3) for flexible ones."""
         q, bodies = self.assembly.state.q, self.assembly.mechanism.bodies.items()
         return {name: q[list(parts)] if len(parts) > 1 else q[parts[0]] for name, parts in bodies}
 
@@ -148,17 +148,17 @@ class Rest:
 
     @property
     def gears(self) -> dict[str, float]:
-        """Tangential force (N) of gears, racks and belts, without pitch circles a torque (N m)."""
+        """Tangential force (N) of gears, racks and belts; torque (N m) without pitch circles."""
         return {name: self._last(rows) for name, rows in self._rows("gear")}
 
     @property
     def torques(self) -> dict[str, float]:
-        """Torque (N m) of what can't turn, welds and slides, on the same body."""
+        """Torque (N m) of welds and slides, which can't turn, on the same body."""
         return {name: self._last(rows) for name, rows in self._rows("weld", "slide")}
 
     @property
     def drives(self) -> dict[str, float]:
-        """What drives hold that prescribe motions, on the same body: N m, along a slide N."""
+        """Torque (N m), or force along a slide (N), of drives that prescribe motions; same body."""
         return {name: self._last(rows) for name, rows in self._rows("drive", "slide drive")}
 
     def _last(self, rows: slice) -> float:
@@ -177,81 +177,81 @@ class Rest:
 
     @property
     def notes(self) -> list[str]:
-        """What has to be known of this rest, in sentences."""
+        """Remarks on this rest, in sentences."""
         texts = []
         if not self.stable:
             texts.append(f"it is unstable: small motions grow by exp({self.growth:.4g} t/s)")
         elif self.left:
             texts.append(
-                f"an unstable rest was found first (it grows by exp({self.left[0]:.4g} t/s)), and "
-                "left: guess other angles to take the other side"
+                f"the search left an unstable rest (it grows by exp({self.left[0]:.4g} t/s)): "
+                "guess other angles to take its other side"
             )
         frictions = self.assembly.mechanism.frictions
         if wheels := [friction.name for friction in frictions if friction.one_way]:
             texts.append(
-                f"what {', '.join(wheels)} would hold as a freewheel is left out: this is where it "
-                "has nothing to hold"
+                f"freewheels are left out ({', '.join(wheels)}): at this rest they hold nothing"
             )
         if rubbing := [friction.name for friction in frictions if not friction.one_way]:
             texts.append(
-                f"dry friction of {', '.join(rubbing)} would hold anywhere near, within its bound: "
-                "this is where nothing has to"
+                f"dry friction is left out ({', '.join(rubbing)}): within its bound it can hold "
+                "the mechanism anywhere near this rest"
             )
         if shared := shared_forces(self.assembly):
             texts.append(
-                f"forces in {', '.join(sorted(shared))} are not unique: the least are told"
+                f"forces in {', '.join(sorted(shared))} are not unique: the smallest are given"
             )
         return texts
 
 
 STEPS, HALVINGS, CLOSING = 400, 40, 12
-LONGEST = 0.5  # rad, or of the largest part's reach: of one step
-KICK = 0.05  # likewise: off an unstable balance
+LONGEST = 0.5  # rad, or of the largest part's reach: largest step
+KICK = 0.05  # likewise: push off an unstable rest
 KICKS = 8
-DT = 1e-5  # likewise: of central differences
-SETTLED = 1e-7  # likewise: the forces after a step so short are rounding
+DT = 1e-5  # likewise: step of central differences
+SETTLED = 1e-7  # likewise: after so short a step the forces are rounding
 STIFFNESS_ROUNDING = 1e-8  # of the largest stiffness: less is rounding of differences
-SLOWEST = 1e-6  # 1/s^2: what resists less is as good as free
-OF_ENERGY = 1e-5  # of the largest stiffness: K is symmetric, as forces with an energy have it
+SLOWEST = 1e-6  # 1/s^2: a motion of less stiffness counts as free
+OF_ENERGY = 1e-5  # of the largest stiffness: K counts as symmetric, so forces have an energy
 
 
 def rest_of(assembly: Assembly) -> Rest:
-    """Find the rest that lies downhill from an assembled mechanism, drives held at time 0.
+    """Find the rest downhill from an assembled mechanism, with drives held at time 0.
 
-    Dry friction, freewheels and dampers do nothing; springs at rest as assembled stay as they are.
+    Dry friction, freewheels and dampers are left out. A spring without tension as assembled keeps
+    its rest length.
     Contacts whose law has a stiffness press by their depth.
 
     Raises:
-        ArithmeticError: a drive or a spring has no value where the search begins.
-        NoRestError: none is found, or a contact by impulse would have to hold it.
+        ArithmeticError: a drive or a spring has no value at the start of the search.
+        NoRestError: no rest is found, or a contact by impulse would have to hold it.
 
     """
     search, unstable, before = _Search(assembly), list[_Look](), np.inf
     q, places = assembly.state.q, assembly.state.places
     for _ in range(STEPS):
-        at = search.look(q, places)
-        step = at.newton
+        look = search.look(q, places)
+        step = look.newton
         size = search.size(step)
-        if not at.balanced or size < before / 2:
-            before = size if at.balanced else np.inf
-            moved = search.downhill(at, step)
-        elif at.lowest >= 0 or len(unstable) == KICKS:
-            return search.resting(at, unstable)
+        if not look.balanced or size < before / 2:
+            before = size if look.balanced else np.inf
+            moved = search.downhill(look, step)
+        elif look.lowest >= 0 or len(unstable) == KICKS:
+            return search.resting(look, unstable)
         else:
-            unstable.append(at)
-            step, before = at.upset, np.inf
+            unstable.append(look)
+            step, before = look.upset, np.inf
             moved = search.moved(q, places, step * (KICK / search.size(step)))
         if moved is None:
             break
         q, places = moved
-    if unstable:  # nothing is below it
+    if unstable:  # no rest is below it
         return search.resting(unstable[0], [])
-    raise _no_rest(assembly.mechanism, at)
+    raise _no_rest(assembly.mechanism, look)
 
 
 @dataclass(frozen=True)
 class _Look:
-    """The forces at coordinates `q`, and how they change with the motions N that joints allow."""
+    """Forces at coordinates `q`, and their slopes along the motions N that joints allow."""
 
     q: FloatArray
     places: FloatArray
@@ -259,18 +259,18 @@ class _Look:
     multipliers: FloatArray
     presses: dict[str, float]
     motions: FloatArray  # N: (parts, 3, n)
-    slope: FloatArray  # (n,): minus the forces along them
+    slope: FloatArray  # (n,): minus the forces along the motions
     stiffness: FloatArray  # K: (n, n)
-    rounding: float  # of the slope: of forces that joints hold, and of places by the stiffness
+    rounding: float  # of the slope, by forces in joints, and by rounded places times stiffness
 
     @property
     def balanced(self) -> bool:
-        """Whether nothing is left of the forces but rounding."""
+        """Whether the sum of forces is rounding."""
         return bool(np.abs(self.slope).max(initial=0.0) <= self.rounding)
 
     @property
     def squares(self) -> FloatArray:
-        """Squares (n,) of angular frequencies, 1/s^2; complex where forces have no energy."""
+        """Squares (n,) of angular frequencies, 1/s^2; complex if forces have no energy."""
         largest = float(np.abs(self.stiffness).max(initial=0.0))
         if np.abs(self.stiffness - self.stiffness.T).max(initial=0.0) > OF_ENERGY * largest:
             eigenvalues = np.sort_complex(np.linalg.eigvals(self.stiffness))
@@ -280,22 +280,22 @@ class _Look:
 
     @property
     def lowest(self) -> float:
-        """The least of them by energy: negative where forces drive off."""
+        """The least square; negative if forces drive off the rest, else 0."""
         return float(min(self.squares.real.min(initial=0.0), 0.0))
 
     @property
     def upset(self) -> FloatArray:
-        """Motion (parts, 3) that the forces drive off most; largest to the positive side."""
+        """Motion (parts, 3) that forces drive off most; its largest entry is positive."""
         motion = self.motions @ self._modes[1][:, 0]
         return np.asarray(motion * np.sign(motion.ravel()[np.argmax(np.abs(motion))]))
 
     @property
     def newton(self) -> FloatArray:
-        """The next step (parts, 3): Newton's, downhill where K is negative, far where it is 0."""
+        """The next step (parts, 3): Newton's; downhill if K is negative, long if it is 0."""
         values, ways = self._modes
         least = STIFFNESS_ROUNDING * float(np.abs(values).max(initial=0.0))
         along = ways.T @ self.slope
-        if self.balanced:  # what resists nothing stays
+        if self.balanced:  # no motion without stiffness
             along = np.where(np.abs(values) > least, along, 0.0)
         sizes = np.maximum(np.abs(values), max(least, SLOWEST))
         if values.min(initial=0.0) >= -least and self.balanced and len(values):
@@ -313,7 +313,7 @@ class _Look:
 
 
 class _Search:
-    """A mechanism whose drives and gears hold what they have at first; the scale of its motions.
+    """A mechanism whose drives and gears keep their first values, and the scale of its motions.
 
     It has no dry friction.
     """
@@ -334,13 +334,13 @@ class _Search:
         self._reach = max(part.reach for part in mechanism.parts)
 
     def size(self, step: FloatArray) -> float:
-        """How large a step (parts, 3) is: rad, and of the largest part's reach."""
+        """Size of a step (parts, 3), in rad and parts of the largest reach."""
         return float((np.abs(step) / (self._reach, self._reach, 1.0)).max(initial=0.0))
 
     # --- forces -------------------------------------------------------------------------------
 
     def look(self, q: FloatArray, places: FloatArray) -> _Look:
-        """Find the forces, and how they change with motions."""
+        """Compute the forces and their slopes along motions."""
         forces, presses = self._forces(q)
         joints = constraints_at(self._mechanism, q, places)
         back = np.linalg.inv(np.linalg.cholesky(mass_blocks(self._mechanism, q)))
@@ -357,20 +357,20 @@ class _Search:
         longest = max(
             (1 / self.size(motion) for motion in np.moveaxis(motions, -1, 0)), default=0.0
         )
-        off = UNIT_ROUNDING * max(1.0, self.size(q)) * longest  # places and angles are rounded, too
+        off = UNIT_ROUNDING * max(1.0, self.size(q)) * longest  # rounding of places and angles
         rounding = NEGLIGIBLE * float(np.linalg.norm(pulled)) + stiffest * off
         return _Look(q, places, joints, multipliers, presses, motions, slope, stiffness, rounding)
 
     def _forces(
         self, q: FloatArray, v: FloatArray | None = None
     ) -> tuple[FloatArray, dict[str, float]]:
-        """Generalised forces (3 parts,) with those of contacts, and these (N) by name; at rest."""
+        """Generalised forces (3 parts,), and forces of contacts (N) by name; `v` is 0 if None."""
         speeds = np.zeros_like(q) if v is None else v
         forces, presses = applied_forces(self._mechanism, q, speeds, 0.0), {}
         for contact in (self._contacts[k] for k in pressed_among(self._contacts, q)):
             if not isinstance(contact.law, Impulse):
-                at = approach(contact, q, speeds)
-                press = float(contact.law.force(-at.gap, -at.gap_rate, 0.0))
+                touch = approach(contact, q, speeds)
+                press = float(contact.law.force(-touch.gap, -touch.gap_rate, 0.0))
                 forces += press * gradient(contact, q)
                 presses[contact.name] = press
         return forces, presses
@@ -378,68 +378,68 @@ class _Search:
     def _stiffness(
         self, q: FloatArray, places: FloatArray, multipliers: FloatArray, motions: FloatArray
     ) -> FloatArray:
-        """K, by central differences; what joints hold with turns as their parts do."""
+        """K, by central differences; forces in joints turn with their parts."""
         columns = []
         for motion in np.moveaxis(motions, -1, 0):
             dt = DT / self.size(motion)
             before, after = (
-                self._forces(at)[0]
-                + constraints_at(self._mechanism, at, places).holding(multipliers).ravel()
-                for at in (q - dt * motion, q + dt * motion)
+                self._forces(pose)[0]
+                + constraints_at(self._mechanism, pose, places).holding(multipliers).ravel()
+                for pose in (q - dt * motion, q + dt * motion)
             )
             columns.append((before - after) / (2 * dt))
         changes = np.array(columns).reshape(-1, q.size)
         return np.asarray(motions.reshape(q.size, -1).T @ changes.T)
 
-    def _damping(self, at: _Look) -> FloatArray:
+    def _damping(self, look: _Look) -> FloatArray:
         """C, by central differences of speeds."""
         columns = []
-        for motion in np.moveaxis(at.motions, -1, 0):
+        for motion in np.moveaxis(look.motions, -1, 0):
             dt = DT / self.size(motion)
-            slower, faster = (self._forces(at.q, v)[0] for v in (-dt * motion, dt * motion))
+            slower, faster = (self._forces(look.q, v)[0] for v in (-dt * motion, dt * motion))
             columns.append((slower - faster) / (2 * dt))
-        changes = np.array(columns).reshape(-1, at.q.size)
-        return np.asarray(at.motions.reshape(at.q.size, -1).T @ changes.T)
+        changes = np.array(columns).reshape(-1, look.q.size)
+        return np.asarray(look.motions.reshape(look.q.size, -1).T @ changes.T)
 
-    def resting(self, at: _Look, unstable: list[_Look]) -> Rest:
-        """Put together what is known of a rest, and of those that were left for it."""
+    def resting(self, look: _Look, unstable: list[_Look]) -> Rest:
+        """Make the Rest; `unstable` are the rests that the search left."""
         mechanism, laps = self._assembly.mechanism, self._assembly.state.laps
-        for k in pressed_among(self._contacts, at.q):
+        for k in pressed_among(self._contacts, look.q):
             if isinstance(self._contacts[k].law, Impulse):
                 raise NoRestError("contact", self._contacts[k].name)
-        slots = zip(mechanism.slots, laps, at.places.tolist(), strict=True)
-        places = np.array([kept_in(slot, lap, at.q, place) for slot, lap, place in slots])
-        whole = standing_at(mechanism, at.q, places, laps)
-        exponents = np.sqrt(-at.squares.astype(complex))
+        slots = zip(mechanism.slots, laps, look.places.tolist(), strict=True)
+        places = np.array([kept_in(slot, lap, look.q, place) for slot, lap, place in slots])
+        whole = standing_at(mechanism, look.q, places, laps)
+        exponents = np.sqrt(-look.squares.astype(complex))
         growing = (float(np.sqrt(-left.lowest)) for left in unstable)
         return Rest(
-            whole, at.joints, at.multipliers, at.presses, exponents,
-            at.stiffness, self._damping(at), tuple(growing),
+            whole, look.joints, look.multipliers, look.presses, exponents,
+            look.stiffness, self._damping(look), tuple(growing),
         )  # fmt: skip
 
     # --- steps --------------------------------------------------------------------------------
 
-    def downhill(self, at: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Go along a step so far that the forces do not yet drive back by half of what they did."""
-        size, first = self.size(step), self._power((at.q, at.places), step)
+    def downhill(self, look: _Look, step: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Go along a step, shortened until forces drive back at most half as much as on."""
+        size, first = self.size(step), self._power((look.q, look.places), step)
         step = step * min(1.0, LONGEST / max(size, TINY))
         for _ in range(HALVINGS):
-            moved = self.moved(at.q, at.places, step)
+            moved = self.moved(look.q, look.places, step)
             if moved is not None and (size < SETTLED or self._power(moved, step) >= -first / 2):
                 return moved
             step = step / 2
         return None
 
-    def _power(self, at: tuple[FloatArray, FloatArray], step: FloatArray) -> float:
+    def _power(self, state: tuple[FloatArray, FloatArray], step: FloatArray) -> float:
         """Work of the forces along a motion at coordinates and places."""
-        forces, mechanism = self._forces(at[0])[0], self._mechanism
-        moving = pushed(mechanism, *at, forces)
-        return float(np.einsum("ni,nij,nj", moving, mass_blocks(mechanism, at[0]), step))
+        forces, mechanism = self._forces(state[0])[0], self._mechanism
+        moving = pushed(mechanism, *state, forces)
+        return float(np.einsum("ni,nij,nj", moving, mass_blocks(mechanism, state[0]), step))
 
     def moved(
         self, q: FloatArray, places: FloatArray, step: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
-        """Go along a step and close the joints; None where they don't, or a curve ends."""
+        """Go along a step and close the joints; None if they don't close, or a curve ends."""
         try:
             q = self._on_arcs(q, step)
             for _ in range(CLOSING):
@@ -450,7 +450,7 @@ class _Search:
                 roots = scale_roots(self._mechanism)
                 q = q + LeastMotion(self._mechanism, joints, roots, -joints.residual).nearest()
             self._forces(q)
-        except (ArithmeticError, np.linalg.LinAlgError):  # a table or a formula ends before
+        except (ArithmeticError, np.linalg.LinAlgError):  # a table or a formula has no value
             return None
         slots = zip(self._mechanism.slots, places.tolist(), strict=True)
         off = [np.abs(slot_point(slot, q) - slot.curve.point(u)).max() for slot, u in slots]
@@ -458,11 +458,11 @@ class _Search:
         return (q, places) if worst <= CLOSED else None
 
     def _on_arcs(self, q: FloatArray, step: FloatArray) -> FloatArray:
-        """Turn and slide joints of the spanning tree: straight moves would stretch what turns."""
+        """Turn and slide joints of the spanning tree: straight steps would stretch parts."""
         tree, placed = self._tree, q + step
         joints = [*self._mechanism.attachments, *self._mechanism.slides]
         for part in tree.order:
-            if tree.joints[part] == NOTHING:
+            if tree.joints[part] == NO_ITEM:
                 continue
             joint = joints[tree.joints[part]]
             way = 1 if joint.second.part == part else -1
@@ -475,28 +475,28 @@ class _Search:
 
 
 def _held(contact: Contact) -> Contact:
-    """Return a contact as it is at a rest: a winch stands still."""
+    """Return a contact at rest: the winch of a rope stands still."""
     if not isinstance(contact, RopeContact):
         return contact
     return replace(contact, free_length=Ramp(contact.free_length.at(0.0)))
 
 
-def _no_rest(mechanism: Mechanism, at: _Look) -> NoRestError:
+def _no_rest(mechanism: Mechanism, look: _Look) -> NoRestError:
     """Name the body that forces drive on most."""
-    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, at.q), -at.motions @ at.slope)
+    driven = np.einsum("nij,nj->ni", mass_blocks(mechanism, look.q), -look.motions @ look.slope)
     part = int(np.argmax(np.linalg.norm(driven[:, :2], axis=1)))
     far = float(np.linalg.norm(driven[part, :2]))
     return NoRestError("body", mechanism.parts[part].body, far)
 
 
-STARTS = 24  # searches, each from other guesses: four-bars and sliders show both ways by the third
-SAME_WAY = 1e-6  # rad, or rad/s, m/s: bodies that differ by so little or less stand, or move, alike
+STARTS = 24  # searches from different guesses: four-bars and sliders need three for both branches
+SAME_WAY = 1e-6  # rad, or rad/s, m/s: largest difference of bodies that stand, or move, alike
 
 
 def moved_by_forces(assembly: Assembly) -> list[str]:
     """Names of the bodies that can move while every speed drive stands still.
 
-    A flexible body counts as straight here: that it bends is no motion of the others.
+    A flexible body counts as straight: its bending is no motion of other bodies.
     """
     mechanism = assembly.mechanism
     names, moved = list(mechanism.bodies), set[int]()
@@ -507,9 +507,9 @@ def moved_by_forces(assembly: Assembly) -> list[str]:
 
 
 def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArray, FloatArray]]:
-    """Give bodies (n,) that joints and drives connect, with all motions (3 n, freedoms) they allow.
+    """Yield groups of connected bodies (n,) with all motions (3 n, freedoms) that joints allow.
 
-    Bodies move as one with their first part. Those that nothing connects are solved apart, so that
+    All parts of a body move with its first part. Groups without a connection are solved apart: so
     the work grows with the cube of a group, not of the mechanism.
     """
     firsts = np.array([parts[0] for parts in mechanism.bodies.values()], dtype=int)
@@ -520,7 +520,7 @@ def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArra
     carried[:, 0, 2], carried[:, 1, 2] = -arms[:, 1], arms[:, 0]
     moving = joints.parts != GROUND
     slopes = np.where(moving[:, :, None], joints.slopes, 0.0)[:, :, None] @ carried[joints.parts]
-    # What is the ground counts as one of the parts that the same row moves.
+    # In place of the ground, another part that the same row moves is counted.
     moved = joints.parts.max(axis=1, keepdims=True)
     ends = body_numbers[np.where(moving, joints.parts, moved)]
     group_numbers = _connected(len(firsts), ends)
@@ -535,7 +535,7 @@ def free_motions(mechanism: Mechanism, state: State) -> Iterator[tuple[IndexArra
 
 
 def _connected(bodies: int, ends: IndexArray) -> IndexArray:
-    """Give each body the number of its group: that of the first body in it."""
+    """Number of each body's group: that of the first body in it."""
     # SciPy has this, too, but `check` would wait for its import.
     groups, before = np.arange(bodies), np.full(bodies, -1)
     while (groups != before).any():
@@ -546,14 +546,14 @@ def _connected(bodies: int, ends: IndexArray) -> IndexArray:
 
 
 def _null_space(rows: FloatArray) -> FloatArray:
-    """Motions (coordinates, freedoms) that all rows allow, perpendicular and of length 1."""
+    """Orthonormal motions (coordinates, freedoms) that all rows allow."""
     _, sizes, directions = np.linalg.svd(rows)
     rank = int((sizes > NEGLIGIBLE * sizes.max(initial=0.0)).sum())
     return np.asarray(directions[rank:].T)
 
 
 def shared_forces(assembly: Assembly) -> set[str]:
-    """Names of the joints whose forces the motion does not tell, for others hold the same."""
+    """Names of the joints whose forces are not unique, since other joints hold the same."""
     if not assembly.surplus:
         return set()
     joints = constraint_rows(assembly.mechanism, assembly.state.q, assembly.state.places)
@@ -564,22 +564,22 @@ def shared_forces(assembly: Assembly) -> set[str]:
 
 
 def other_branches(assembly: Assembly, start: Start) -> list[FloatArray]:
-    """Angles (parts,) in rad of every other way to close the joints that a few searches find.
+    """Angles (parts,), rad, of every other branch that a few searches find.
 
-    What is free to move stays where the assembly has it, and so does what `start` holds. Flexible
-    bodies are straight in all of them.
+    A branch is a way to close the joints. Free coordinates stay as assembled, held ones as in
+    `start`. Flexible bodies are straight.
     """
     mechanism = assembly.mechanism
     bodies = list(mechanism.bodies.values())
     firsts = [parts[0] for parts in bodies]
     held = _independent(assembly)
-    at = assembly.state.q
+    pose = assembly.state.q
     angles = dict(start.angles)
     for body, axis in held:
         if axis == 2:
-            angles |= {part: float(at[part, 2]) for part in bodies[body]}
+            angles |= {part: float(pose[part, 2]) for part in bodies[body]}
     places = {firsts[body]: (float(x), float(y)) for body, axis in held if axis < 2
-              for x, y in [at[firsts[body], :2]]}  # fmt: skip
+              for x, y in [pose[firsts[body], :2]]}  # fmt: skip
     fixed = replace(start, angles=angles, positions={**start.positions, **places})
     loose = [parts for parts in bodies if parts[0] not in angles]
     return _searched(assembly, fixed, loose) if loose else []
@@ -599,13 +599,13 @@ def _searched(assembly: Assembly, fixed: Start, loose: list[tuple[int, ...]]) ->
 
 
 def _apart(first: FloatArray, second: FloatArray) -> float:
-    """Largest difference of two sets of angles, whole turns left out."""
+    """Largest difference between two sets of angles, without whole turns."""
     return float(np.abs(np.angle(np.exp(1j * (first - second)))).max(initial=0.0))
 
 
 def _independent(assembly: Assembly) -> list[tuple[int, int]]:
-    """Coordinates (body, axis) that decide where all bodies stand; angles are preferred."""
-    # What a drive, or a gear, moves is free here, and then held where it stands.
+    """Coordinates (body, axis) that determine all poses; angles are preferred."""
+    # Bodies that a drive or a gear moves are free here, and are then held in their poses.
     without = replace(without_play(assembly.mechanism, set()), speed_motors=(), gears=())
     independent = []
     for bodies, free in free_motions(without, assembly.state):

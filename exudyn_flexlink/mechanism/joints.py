@@ -20,7 +20,7 @@ from exudyn_flexlink.laws import Friction, Penalty, PressingLaw
 from exudyn_flexlink.mechanism.prescribed import Prescribed
 
 GROUND = -1  # in place of a part, or of a link of the tree
-NOTHING = -1  # number of a joint, or of an item, that is none
+NO_ITEM = -1  # stands for the number of a joint, or of another item, that does not exist
 
 
 @dataclass(frozen=True)
@@ -227,15 +227,14 @@ class FlatContact(_Pair):
         return (self.start, self.end), _along(self.curve, self.carrier)
 
 
-SHORTEST_PIECE = 1e-6  # of a rope: where a piece is shorter, it has no direction any more
+SHORTEST_PIECE = 1e-6  # of a rope's length: the direction of a shorter piece is not known
 
 
 @dataclass(frozen=True)
 class RopeContact(_Pair):
-    """A rope over several anchors, with one tension: it is as long as its pieces are together.
+    """A rope over several anchors, with one tension. Its length is that of all pieces together.
 
-    Its gap is how much shorter than `free_length` (m, by time) it is, its depth how far it is
-    stretched.
+    Its gap is its `free_length` (m, by time) less its length; its depth is its stretch.
     """
 
     name: str
@@ -246,7 +245,7 @@ class RopeContact(_Pair):
 
     @cached_property
     def pieces(self) -> tuple[CircleContact, ...]:
-        """Its pieces, each a rope of length 0 that pulls its first end to its second."""
+        """The pieces: each is a rope of length 0, which pulls its two ends together."""
         return tuple(
             CircleContact(self.name, second, first, (0.0, 0.0), True, self.law)
             for first, second in pairwise(self.over)
@@ -259,7 +258,7 @@ class RopeContact(_Pair):
 
     @property
     def point(self) -> Anchor:
-        """The last of its anchors that moves."""
+        """The last anchor that is on a body."""
         return next(anchor for anchor in reversed(self.over) if anchor.part != GROUND)
 
     @property
@@ -269,7 +268,7 @@ class RopeContact(_Pair):
 
     @property
     def anchors(self) -> Anchors:
-        """Its last anchor, then all others."""
+        """The last anchor as the first part of the contact, all others as the second."""
         return (self.over[-1],), self.over[-2::-1]
 
 
@@ -474,7 +473,7 @@ class Groove:
 
 @dataclass(frozen=True)
 class Geared:
-    """What a gear ties: the angle of `far` against `near`, on the arm, or the length of a slide."""
+    """One side of a gear: the angle of `far` against `near`, on the arm, or a slide's length."""
 
     near: Anchor
     far: Anchor
@@ -483,7 +482,7 @@ class Geared:
 
     @property
     def parts(self) -> tuple[int, int]:
-        """First and second part of what is tied."""
+        """First and second part of the angle, or of the slide."""
         first, second = (self.near, self.far)[:: int(self.side)]
         return first.part, second.part
 
@@ -495,11 +494,11 @@ class Geared:
 
 @dataclass(frozen=True)
 class Gear:
-    """Gears in mesh, a rack or a belt: ``w_1 c_1 + w_2 c_2`` stays as it starts.
+    """Gears in mesh, a rack or a belt: ``w_1 c_1 + w_2 c_2`` is constant.
 
-    The c are angles (rad) or lengths (m), the weights w in m where pitch circles have `radii` (m).
-    `meshes`: teeth push, a belt does not. `beyond`: -1 if the first is inside the second, else 1.
-    `start` is what the sum is kept at, 0 where only its changes count.
+    The c are angles (rad) or lengths (m); the weights w are in m if pitch circles have `radii` (m).
+    It `meshes` if teeth push; a belt has none. `beyond` is -1 if the first gear is inside the
+    second, else 1. `start` is the value of the sum, 0 if only its changes count.
     """
 
     name: str
@@ -512,18 +511,18 @@ class Gear:
 
     @property
     def in_newtons(self) -> bool:
-        """Whether its multiplier is a force, N; else a torque, N m."""
+        """Whether the multiplier of the gear is a force, N; otherwise it is a torque, N m."""
         return any(self.radii) or self.ties[0].slide is not None
 
 
 @dataclass(frozen=True)
 class SumStop(_Pair):
-    """A hinge, or a gear with play: angles and lengths by `weights` can't sum up beyond `bound`.
+    """A stop of a hinge, or of a gear with play: a sum of angles and lengths has a `bound`.
 
-    The sum, its gap and its depth are in units of the last of the `ties`: rad, or m of a slide,
-    and the law's force is a torque (N m), or a force (N). `way` is +1 if greater sums are free, -1
-    if smaller ones are; whole turns count. The flank of a `gear` has its bound from where that
-    starts.
+    The terms have `weights`. The sum, its gap and its depth have the unit of the last of the
+    `ties`: rad, or m of a slide. Accordingly the law's force is a torque (N m) or a force (N).
+    `way` is +1 if the sum may be greater than the bound, -1 if it may be smaller; whole turns
+    count. The bound of a flank of a `gear` counts from the start of the run.
     """
 
     name: str
@@ -542,22 +541,22 @@ class SumStop(_Pair):
 
     @property
     def turns(self) -> bool:
-        """Whether its sum is an angle."""
+        """Whether the sum is an angle."""
         return self.ties[-1].slide is None
 
     @property
     def point(self) -> Anchor:
-        """Where the last hinge is, or the last slide."""
+        """Anchor of the last hinge, or of the last slide."""
         return self.ties[-1].far
 
     @property
     def anchors(self) -> Anchors:
-        """Anchors of both parts, where the hinge is; of a gear those of both wheels."""
+        """Anchors of both parts at the hinge; of a gear those of both wheels."""
         return (self.point,), (self.ties[0].near if self.gear is None else self.ties[0].far,)
 
     def tooth_force(self, press: FloatArray) -> FloatArray:
-        """Tangential force of the gear, as `Gear` has it, by what presses (n,): N m, or N."""
-        assert self.gear is not None  # of which flanks are
+        """Multiplier (n,) of the gear, see `Gear`, by the force that presses (n,): N m, or N."""
+        assert self.gear is not None  # flanks have a gear
         return np.asarray(self.way * self.weights[-1] / self.gear.weights[-1] * press)
 
 
@@ -566,13 +565,13 @@ Contact = FaceContact | CircleContact | CurveContact | FlatContact | SumStop | R
 
 @dataclass(frozen=True)
 class JointFriction:
-    """Dry friction in a joint: it brakes by a bound, and holds up to that.
+    """Dry friction in a joint: it brakes with a bound while the joint slides, and holds up to it.
 
-    The bound is `constant` (N m, along a slide N) and, by the force in the joint, `share` of that:
-    of a pin its coefficient times its radius (m), of a slide its coefficient, by what is across the
-    line. Where it is regularised, `slip_speed` (rad/s or m/s) is what it needs to act in full.
-    A freewheel turns in its `one_way` alone, 1 forward or -1, and holds against the other without
-    bound; 0 is no freewheel.
+    The bound is `constant` (N m; N along a slide) plus `share` times the force in the joint. Of a
+    pin the share is its coefficient times its radius (m), of a slide its coefficient, and the force
+    is that across the line. Where friction is regularised, `slip_speed` (rad/s or m/s) is the speed
+    at which it acts almost in full. A freewheel turns only in the direction `one_way`, 1 forward or
+    -1 backward, and holds without bound against the other; 0 is no freewheel.
     """
 
     name: str
@@ -583,5 +582,5 @@ class JointFriction:
     one_way: int = 0
 
     def regularised(self, speed: FloatArray) -> FloatArray:
-        """T by the constant part of the bound where nothing holds, at speeds (...)."""
+        """Torque or force (...) by the constant part of the bound, regularised, at speeds (...)."""
         return np.asarray(-self.constant * np.tanh(speed / self.slip_speed))

@@ -19,11 +19,11 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray, IndexArray
 from exudyn_flexlink.mechanism.constraints import Constraints
-from exudyn_flexlink.mechanism.joints import GROUND, NOTHING
+from exudyn_flexlink.mechanism.joints import GROUND, NO_ITEM
 from exudyn_flexlink.mechanism.model import Mechanism
 from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, TINY
 
-FIRST = 1e3  # times as much as joints counts a given angle, where both contradict
+ANGLE_WEIGHT = 1e3  # of a given angle against joints that contradict it
 TURN = np.array([0.0, 0.0, 1.0])
 
 
@@ -63,10 +63,10 @@ class LeastMotion:
     # --- the tree ---------------------------------------------------------------------------
 
     def _left_over(self, right: FloatArray) -> tuple[IndexArray, FloatArray]:
-        """Rows of which something is demanded and that are not of the tree; how much each counts.
+        """Rows with a right side that the tree does not satisfy by itself, and their weights.
 
-        What is given of a part that hangs on nothing is its joint in the tree. The angle of a part
-        that moves as one with its parent counts once.
+        A part that hangs on nothing takes what is given of it as its joint in the tree. If a part
+        moves as one with its parent, and the angles of both are given, only the parent's counts.
         """
         implied, weights = np.isnan(right), np.ones(len(right))
         rows_of_joints = np.diff(self._constraints.first_rows)
@@ -75,8 +75,8 @@ class LeastMotion:
         for (part, axis), row in self._given.items():
             parent = self._tree.parents[part], axis
             twice = axis == 2 and self._within[part] and parent in self._given
-            implied[row] = twice or self._tree.joints[part] == NOTHING
-            weights[row] = FIRST if axis == 2 else 1.0
+            implied[row] = twice or self._tree.joints[part] == NO_ITEM
+            weights[row] = ANGLE_WEIGHT if axis == 2 else 1.0
         rest = np.flatnonzero(~implied)
         return rest, weights[rest]
 
@@ -89,10 +89,10 @@ class LeastMotion:
             np.zeros((count, 3)),
         )
         for (part, axis), row in self._given.items():
-            if self._tree.joints[part] == NOTHING:
+            if self._tree.joints[part] == NO_ITEM:
                 inertia[part, axis, axis], right[part, axis] = 1.0, demanded[row]
         for part, joint in enumerate(self._tree.joints):
-            if joint == NOTHING:
+            if joint == NO_ITEM:
                 continue
             first, last = constraints.first_rows[joint : joint + 2].tolist()
             side = int(constraints.parts[first, 1] == part)
@@ -100,7 +100,8 @@ class LeastMotion:
             parents[part, : last - first] = constraints.slopes[first:last, 1 - side]
             right[part, : last - first] = demanded[first:last]
             if self._within[part]:
-                # In the third row what the joint leaves open: to turn, or to stretch along the rod.
+                # The third row holds the motion that the joint leaves free: a turn, or a stretch
+                # along the rod.
                 inertia[part, 2], parents[part, 2] = TURN, -TURN
                 if constraints.kinds[joint] == "slide":
                     for whole, slopes in ((inertia, side), (parents, 1 - side)):
@@ -115,7 +116,7 @@ class LeastMotion:
         return _Hung(-solved @ parents, (solved @ right[:, :, None])[:, :, 0], free, filling)
 
     def _eliminate(self, metric: FloatArray, hung: _Hung) -> None:
-        """Let every part, from the ends of the tree, follow its parent as is best for all beyond.
+        """Let every part, from the ends of the tree, follow its parent with the least total cost.
 
         Part b follows with ``x_b = follow_b x_parent + settle_b offset_b + yield_b forces_b``.
         """
@@ -124,7 +125,7 @@ class LeastMotion:
         self._follow = np.zeros_like(metric)
         self._settle = np.zeros_like(metric)
         self._yield = np.zeros_like(metric)
-        self._beyond = np.zeros_like(metric)  # metric of all beyond a joint, as its near end has it
+        self._beyond = np.zeros_like(metric)  # of all beyond a joint, for its near end's motion
         for part in reversed(self._tree.order):
             free = hung.free[part]
             pushed = weights[part] @ free
@@ -142,7 +143,7 @@ class LeastMotion:
     def _swept(self, forces: FloatArray, offset: FloatArray | None = None) -> FloatArray:
         """Motion that forces (parts, 3, columns) cause in the tree, the rest of joints left out.
 
-        `offset` (parts, 3) is what each joint of the tree demands; None: nothing moves by itself.
+        `offset` (parts, 3) is the motion that each joint of the tree demands; None: none.
         """
         forces = forces.copy()
         if offset is not None:
@@ -184,7 +185,7 @@ class LeastMotion:
         return moved[:, :, 0] if forces.size == 3 * count else moved
 
     def surplus(self) -> dict[int, int]:
-        """Number of rows that earlier ones imply, by the joints that have some; few rests only."""
+        """Number of rows that earlier rows imply, by joint. For mechanisms with few loops only."""
         starts = self._constraints.first_rows
         joints = np.searchsorted(starts, self._rest, side="right") - 1
         rows = self._weighted / np.maximum(self._lengths[:, None], TINY)
@@ -210,16 +211,17 @@ class LeastMotion:
 
 
 def _lengths(mechanism: Mechanism, rows: FloatArray, roots: FloatArray) -> FloatArray:
-    """Lengths of rows by the metric as if there were no joints: what is left of them may be none.
+    """Lengths (rows,) of rows by the metric if there were no joints, to tell rounding from motion.
 
-    Parts without a metric of their own move with the one of their body that has, and count as it.
+    A part without a metric moves as one with its body, and takes the metric of the body's first
+    part that has one.
     """
-    speaker = np.arange(len(roots))
+    source = np.arange(len(roots))
     for parts in mechanism.bodies.values():
         first = next(i for i in parts if roots[i].any())
-        speaker[list(parts)] = [i if roots[i].any() else first for i in parts]
+        source[list(parts)] = [i if roots[i].any() else first for i in parts]
     squares = np.einsum(
-        "pij,kpj->kpi", np.linalg.inv(roots[speaker]), rows.reshape(len(rows), len(roots), 3)
+        "pij,kpj->kpi", np.linalg.inv(roots[source]), rows.reshape(len(rows), len(roots), 3)
     )
     lengths: FloatArray = np.linalg.norm(squares.reshape(rows.shape), axis=1)
     return lengths
@@ -277,9 +279,9 @@ def whole_roots(mechanism: Mechanism, q: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Spanning:
-    """By part: what it hangs on (GROUND too if free) and by which joint (NOTHING if free).
+    """By part: its parent (GROUND, too, if it is free) and its joint (NO_ITEM if it is free).
 
-    `order` has parents before what hangs on them. Joints are counted as in `constraint_rows`.
+    `order` has parents before their children. Joints are numbered as in `constraint_rows`.
     """
 
     order: tuple[int, ...]
@@ -299,7 +301,7 @@ def spanning_tree(mechanism: Mechanism) -> Spanning:
         for part, other in (ends[joint], ends[joint][::-1]):
             neighbours[part].append((joint, other))
     count = len(mechanism.parts)
-    parents, joints, order = [GROUND] * count, [NOTHING] * count, list[int]()
+    parents, joints, order = [GROUND] * count, [NO_ITEM] * count, list[int]()
     seen = {GROUND}
     for start in (GROUND, *range(count)):
         waiting = [start] if start == GROUND or start not in seen else []

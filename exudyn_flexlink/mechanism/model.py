@@ -148,7 +148,7 @@ class Apart:
 
 
 Stretch = Turning | Sliding | Apart
-"""What a spring has: an angle or a length."""
+"""Angle or length of a spring."""
 Sense = Stretch | Placed
 
 
@@ -160,7 +160,7 @@ def _length_sense(spring: LinearSpring) -> Sliding | Apart:
 
 @dataclass(frozen=True)
 class Size:
-    """Size of a torque or of a force's component (N m, N), by time and by what it senses."""
+    """Size of a torque (N m) or of a force's component (N), a function of time and of `senses`."""
 
     value: Applied
     senses: tuple[Sense, ...] = ()
@@ -168,9 +168,9 @@ class Size:
 
 @dataclass(frozen=True)
 class Held:
-    """Senses the force (N) in a joint, its magnitude, or the torque (N m) on its second part.
+    """Senses the magnitude of the force (N) in a joint, or the torque (N m) on its second part.
 
-    That is of its friction and of the drives of these names.
+    The torque is that of the joint's friction, and of the drives with the names `drives`.
     """
 
     joint: str
@@ -180,18 +180,18 @@ class Held:
 
 @dataclass(frozen=True)
 class Until:
-    """A formula that ends a run as it rises through 0, by time and by what it senses."""
+    """A formula of time and of `senses` that ends a run as it rises through 0."""
 
     value: Formula
     senses: tuple[Sense | Held, ...] = ()
 
     @property
     def by_forces(self) -> bool:
-        """Whether motion alone does not tell its value."""
+        """Whether the formula senses forces, and not the motion alone."""
         return any(isinstance(sense, Held) for sense in self.senses)
 
     def size(self, time: FloatArray, sensed: Sequence[FloatArray]) -> float:
-        """How large its terms are at instants (n,) s, beside which others are rounding."""
+        """Largest absolute value of the formula's terms at instants (n,) s, to tell rounding."""
         addends, clock = self.value.expression.addends, self.value.clock
         terms = [term.values(time + clock, sensed) for term in addends]
         values = [*terms, self.value.values(time, sensed)]

@@ -1,7 +1,7 @@
-"""Values of drives by time and state, in one form for numbers, formulas and tables.
+"""Values of drives by time and state, with the same interface for numbers, formulas and tables.
 
-Springs have forces by length, or torques by angle, by a table or a formula, with their energy. A
-formula may be of the rate of that, too.
+The force of a spring by its length, or the torque by its angle, is a table or a formula, and has an
+energy. A formula may also depend on the rate of the length or angle.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from exudyn_flexlink.rounding import ROUNDING, UNIT_ROUNDING
 
 DEGREE = 16  # of the polynomials of an integral
 NODES = chebyshev.chebpts1(DEGREE + 1)
-# Numpy's own interpolation leaves more rounding than `UNIT_ROUNDING` in the last coefficients.
+# Interpolation by numpy leaves more rounding than `UNIT_ROUNDING` in the last coefficients.
 FROM_VALUES = np.linalg.inv(chebyshev.chebvander(NODES, DEGREE))
 TAIL = 3  # coefficients that must be rounding
-FIRST = 1.0  # s, length of the first piece tried
-SHORTEST = 1e-6  # of the time, or of the first piece: what bends there adds no error worth a word
+FIRST = 1.0  # s: first trial length of a piece
+SHORTEST = 1e-6  # of the time, or of the first piece: shorter pieces are not halved
 
 
 class Applied(Protocol):
-    """A torque or force (N m or N) of time and of values that are sensed."""
+    """A torque or force (N m or N) as a function of time and of sensed values."""
 
     def at(self, time: float, sensed: Sequence[float] = ()) -> float:
-        """Value at a time (s) and values sensed; ArithmeticError where there is none."""
+        """Value at a time (s) and sensed values; ArithmeticError if it has none."""
         return float(self.values(np.array([time]), [np.array([number]) for number in sensed])[0])
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
-        """As `at`, at instants (n,) and with values (n,) of each of what is sensed."""
+        """As `at`, for instants (n,) and sensed values (n,) each."""
         raise NotImplementedError
 
     def knots(self, end: float) -> list[float]:
@@ -64,7 +64,7 @@ class Prescribed(Applied, Protocol):
         return self.of_order(time, -1)
 
     def integral(self, time: float) -> float:
-        """As `integrals`, to one instant."""
+        """As `integrals`, for one instant."""
         return float(self.integrals(np.array([time]))[0])
 
 
@@ -72,16 +72,16 @@ class Prescribed(Applied, Protocol):
 class Ramp(Prescribed):
     """A value (rad/s or N m) reached after `duration` (s) along the quintic smooth step.
 
-    ``s(x) = 10 x^3 - 15 x^4 + 6 x^5`` has no first and no second derivative at either end, so that
-    a speed raised along it starts and ends without a jump of acceleration or jerk.
+    The first and second derivatives of ``s(x) = 10 x^3 - 15 x^4 + 6 x^5`` are zero at both ends. So
+    a speed that rises along it has no jump of acceleration or jerk.
     """
 
     value: float
     duration: float = 0.0
 
     def of_order(self, time: FloatArray, order: int) -> FloatArray:
-        """Up to order 1."""
-        if self.duration == 0:  # the last is of order -1
+        """Derivatives up to order 1."""
+        if self.duration == 0:  # orders 0, 1, -1
             return (np.full(len(time), self.value), np.zeros(len(time)), self.value * time)[order]
         x = np.clip(time / self.duration, 0.0, 1.0)
         if order == 1:
@@ -92,11 +92,11 @@ class Ramp(Prescribed):
         return np.asarray(self.value * (rising + np.maximum(time - self.duration, 0.0)))
 
     def knots(self, end: float) -> list[float]:
-        """Instants before `end` (s) at which derivatives jump: where the ramp ends."""
+        """Instants before `end` (s) at which derivatives jump: the end of the ramp."""
         return [self.duration] if 0 < self.duration < end else []
 
     def time_of(self, integral: float) -> float:
-        """Time at which the integral reaches a value of the ramp's own sign, s."""
+        """Time (s) at which the integral reaches a value; it has the sign of the ramp."""
         time = integral / self.value + self.duration / 2
         if time >= self.duration:
             return time
@@ -107,25 +107,25 @@ class Ramp(Prescribed):
 
 
 class SpeedOf(Prescribed):
-    """The speed of a motion: its integral is known without integrating."""
+    """The speed of a prescribed motion; its integral is the motion itself."""
 
     def __init__(self, motion: Formula | Tabled) -> None:
         self.motion, self._start = motion, motion.at(0.0)
 
     def of_order(self, time: FloatArray, order: int) -> FloatArray:
-        """Of the motion one order more."""
+        """Derivatives of the speed: those of the motion, of one order more."""
         value = self.motion.of_order(time, order + 1)
         return value - self._start if order < 0 else value
 
     def knots(self, end: float) -> list[float]:
-        """Those of the motion."""
+        """The knots of the motion."""
         return self.motion.knots(end)
 
 
 class Formula(Prescribed):
-    """An `expression` of the scene, whose t is `clock` (s) as the run begins.
+    """An `expression` of the scene; its t is `clock` (s) at the begin of the run.
 
-    Its integral is summed up over parts that end at `edges`, of t (s) too.
+    Its integral is the sum over parts that end at `edges`, values of t (s).
     """
 
     def __init__(
@@ -134,11 +134,11 @@ class Formula(Prescribed):
         self.expression, self.clock, self._edges = expression, clock, edges
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
-        """Values (n,) at instants (n,) s and values sensed."""
+        """Values (n,) at instants (n,), s, and sensed values."""
         return self.expression.values(time + self.clock, sensed)
 
     def of_order(self, time: FloatArray, order: int) -> FloatArray:
-        """Up to order 2, of one that senses nothing."""
+        """Derivatives up to order 2 of a formula without senses."""
         if order < 0:
             return self._integral(time + self.clock) - self._before
         return self.expression.derivatives(time + self.clock, order)
@@ -161,7 +161,7 @@ class Formula(Prescribed):
 class Tabled(Prescribed):
     """Values by time, from a table of the scene: `rule` linear, cubic or step.
 
-    The table's time is `clock` (s) as the run begins.
+    The table's time is `clock` (s) at the begin of the run.
     """
 
     def __init__(self, rows: Sequence[tuple[float, float]], rule: str, clock: float = 0.0) -> None:
@@ -173,7 +173,7 @@ class Tabled(Prescribed):
         self._before = float(self._integrals(0.0))
 
     def of_order(self, time: FloatArray, order: int) -> FloatArray:
-        """Of the polynomials between rows."""
+        """Derivatives of the polynomials between rows."""
         if order < 0:
             return np.asarray(self._integrals(time)) - self._before
         return np.asarray(self._values(time, order))
@@ -185,7 +185,7 @@ class Tabled(Prescribed):
 
 def interpolant(places: FloatArray, values: FloatArray, rule: str) -> Any:
     """Piecewise polynomials through the rows of a table: `rule` linear, cubic or step."""
-    # Only who has a table waits for SciPy.
+    # Only scenes with a table wait for the import of SciPy.
     from scipy.interpolate import CubicSpline, PPoly  # noqa: PLC0415
 
     if rule == "cubic":
@@ -197,12 +197,12 @@ def interpolant(places: FloatArray, values: FloatArray, rule: str) -> Any:
 
 
 class Antiderivative:
-    """Integral of `function` from 0 on; it may bend at `knots` (s) without being halved there.
+    """Integral of `function` from 0 on; pieces end at `knots` (s), where it may have kinks.
 
-    It is exact to rounding: Chebyshev polynomials of pieces that are halved until the last
-    coefficients of the function on them are rounding, as in Chebfun (Z. Battles and L. N.
-    Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743). Pieces are made as they are needed and kept.
-    What a piece's values do not show, such as a pulse between them, has knots of its own.
+    It is exact to rounding. On each piece the function is a Chebyshev polynomial; pieces are halved
+    until the last coefficients are rounding, as in Chebfun (Z. Battles and L. N. Trefethen, SIAM J.
+    Sci. Comput. 25 (2004) 1743). Pieces are made on demand and kept. A pulse between the values of
+    a piece would be overlooked, so pulses need knots.
     """
 
     def __init__(
@@ -240,7 +240,7 @@ class Antiderivative:
             self._largest = max(self._largest, float(np.abs(piece.coef).max()))
             tail = float(np.abs(piece.coef[-TAIL:]).max())
             short = end - begin <= SHORTEST * max(begin, FIRST)
-            # The function also changes with a time that is rounded.
+            # The rounding of time changes the function, too.
             blur = float(np.abs(piece.deriv().coef).sum()) * end
             if short or tail <= UNIT_ROUNDING * (self._largest + blur):
                 break
@@ -251,7 +251,7 @@ class Antiderivative:
         self._ends.append(end)
 
 
-NO_ENERGY = 1e-12  # J: less than this is rounding
+NO_ENERGY = 1e-12  # J: smaller energies are rounding
 
 
 class TableEndError(NoValueError):
@@ -267,10 +267,10 @@ class TableEndError(NoValueError):
 
 
 class PlaceTable(Applied):
-    """Values between rows, by a length or an angle that is sensed: `rule` linear or cubic.
+    """Values between rows, by a sensed length or angle: `rule` linear or cubic.
 
-    Sides of its inner rows may follow what is sensed, 1 where it is below the row: the table is
-    held between them, also beyond a row, as formulas are beyond a kink.
+    Sides of the inner rows may follow the sensed value: 1 if the value is below the row. Then the
+    table stays on the piece between its sides, also beyond a row, as formulas do beyond a kink.
     """
 
     def __init__(self, name: str, rows: Sequence[tuple[float, float]], rule: str) -> None:
@@ -282,7 +282,7 @@ class PlaceTable(Applied):
         self.antiderivative = self._values.antiderivative()
 
     def values(self, time: FloatArray, sensed: Sequence[FloatArray] = ()) -> FloatArray:
-        """Values (n,) where something is sensed (n,); TableEndError beyond the rows."""
+        """Values (n,) for sensed places (n,); TableEndError beyond the rows."""
         place, *sides = sensed
         low, high = self.ends
         beyond = np.maximum(low - place, place - high) > ROUNDING * (high - low)
@@ -292,15 +292,15 @@ class PlaceTable(Applied):
         if not sides:
             return np.asarray(self._values(place))
         piece = (1 - np.array(sides)).sum(axis=0).astype(int)
-        at, begin = self._values.c[:, piece], self._values.x[piece]
-        return np.asarray(sum(c * (place - begin) ** k for k, c in enumerate(at[::-1])))
+        coefficients, begin = self._values.c[:, piece], self._values.x[piece]
+        return np.asarray(sum(c * (place - begin) ** k for k, c in enumerate(coefficients[::-1])))
 
     def switches(self, _: FloatArray, sensed: Sequence[FloatArray]) -> FloatArray:
         """Values (kinks, n) that are zero at inner rows."""
         return np.asarray(sensed[0] - self._rows[:, None])
 
     def knots(self, end: float) -> list[float]:  # noqa: ARG002
-        """Return none: no time is known before."""
+        """Return no instants: they are not known before the run."""
         return []
 
 
@@ -308,8 +308,9 @@ class PlaceTable(Applied):
 class SpringLaw:
     """A spring's force (N) by its length (m), or its torque (N m) by its angle (rad).
 
-    Positive: it draws both ends together, or turns the second part back. A formula may be of the
-    `rate`, too (m/s or rad/s): then nothing counts as stored. Else it stores nothing at `start`.
+    A positive force draws both ends together; a positive torque turns the second part back. If a
+    formula also depends on the `rate` (m/s or rad/s), no energy is stored. Otherwise the energy is
+    0 at `start`.
     """
 
     applied: PlaceTable | Formula
@@ -323,18 +324,18 @@ class SpringLaw:
 
     @property
     def by_rate(self) -> tuple[bool, ...]:
-        """Of what it senses, in order: whether that is the rate, and not the length or angle."""
+        """For each sense, in order: whether it is the rate, not the length or angle."""
         if isinstance(self.applied, PlaceTable):
             return (False,)
         return tuple(sensed.kind == RATE for sensed in self.applied.expression.sensed)
 
     @property
     def stores(self) -> bool:
-        """Whether its force is of the length or the angle alone, so that its work is stored."""
+        """Whether the force depends on length or angle only, so that its work is stored."""
         return not any(self.by_rate)
 
     def energy(self, place: FloatArray) -> FloatArray:
-        """Energy stored (J) at lengths or angles, of one shape: the integral of the force."""
+        """Stored energy (J) at lengths or angles: the integral of the force; same shape."""
         flat = np.ravel(np.asarray(place, dtype=float))
         if isinstance(self.applied, PlaceTable):
             inside = np.clip([*flat, self.start], *self.applied.ends)

@@ -1,10 +1,10 @@
 """The plan of a run: its end, coordinates, accuracy, samples, and the pulses of its drives.
 
-Short pulses of drives by formulas of time are found before a run, so that steps end within them: a
-step, and the estimate of its error, know a drive only at the stages. The tolerance tells which
-pulses matter: their area, times the acceleration by a unit of force at the start, times the time
-that is left; for a speed, its area times a length. `drive_mistakes` refuses drives that have no
-value, or that jump where they must not.
+Short pulses of drives by formulas of time are searched before a run, so that steps end within them.
+A step and its error estimate only know a drive at the stages. The tolerance decides which pulses
+matter: the area of the pulse, times the acceleration by a unit of force at the start, times the
+remaining time; for a speed, the area times a length. `drive_mistakes` refuses drives without a
+value, and drives that must not jump but do.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene, SpeedDrive, SplineSpec
 from exudyn_flexlink.source import KeyPath, Mistake
 
-SHARE = 0.1  # of the tolerance: what may be hidden of each term, or of a place
-WITHOUT_TOLERANCE = 1e-6  # of the mechanism's reach: a tolerance, where the scene gives a step
+SHARE = 0.1  # of the tolerance: largest effect of a hidden pulse, or unreported move of a place
+WITHOUT_TOLERANCE = 1e-6  # of the mechanism's reach: the tolerance if the scene gives a step
 
 
 def with_pulses(assembly: Assembly, tolerance: float | None, end: float) -> Assembly:
-    """Let the mechanism of an assembly know its pulses up to `end` (s); `tolerance` is in m."""
+    """Add pulses up to `end` (s) to the mechanism of an assembly; `tolerance` is in m."""
     mechanism = assembly.mechanism
     if not isfinite(end):
         return assembly
@@ -88,9 +88,9 @@ def _parts(
     cost: tuple[float, float],
     allowed: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Edges (s) of the parts of all terms, those of pulses, and parts (n, 2) not looked into.
+    """Edges (s) of the parts of all terms, edges of pulses, and parts (n, 2) not searched.
 
-    `cost` (m) of an area that is hidden is at time 0, and how it changes with time.
+    `cost` is the error (m) by an undetected unit of area: at time 0, and its change with time.
     """
     clock = formula.clock
     bends = np.array([0.0, *formula.knots(end), end]) + clock
@@ -98,8 +98,8 @@ def _parts(
     for term in terms:
         all_parts, rest = resolved(term, bends, lambda t: cost[0] + cost[1] * (t - clock), allowed)
         edges.append(all_parts)
-        at = np.searchsorted(all_parts, bends).tolist()  # no step goes over a bend
-        short += [pulses(all_parts[i : j + 1]) for i, j in pairwise(at) if j > i + 1]
+        numbers = np.searchsorted(all_parts, bends).tolist()  # a step ends at every bend
+        short += [pulses(all_parts[i : j + 1]) for i, j in pairwise(numbers) if j > i + 1]
         left.append(rest)
     of_pulses = np.unique(np.concatenate(short)) - clock
     return np.unique(np.concatenate(edges)) - clock, of_pulses, np.concatenate(left) - clock
@@ -115,10 +115,10 @@ def _warnings(name: str, left: FloatArray) -> Iterator[str]:
 
 
 def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, list[FloatArray], float]]:
-    """Sizes of torques and forces, their generalised forces by unit, and their mobility alone.
+    """Sizes of torques and forces, generalised forces by unit, and mobility without joints.
 
-    That is how much (m/s^2) a unit accelerates its body without joints: at the start all may be in
-    line with a force that moves much later.
+    The mobility is the acceleration (m/s^2) of the body by a unit, without joints. With joints the
+    body may be in line with the force at the start, but not later.
     """
     mechanism, q = assembly.mechanism, assembly.state.q
     masses = {
@@ -140,35 +140,35 @@ def _loads(assembly: Assembly) -> Iterator[tuple[str, Size, list[FloatArray], fl
 
 
 def _moved(assembly: Assembly, force: FloatArray) -> float:
-    """How much (m/s^2) a generalised force (3 parts,) accelerates anything at the start."""
+    """Largest acceleration (m/s^2) of a point at the start by a generalised force (3 parts,)."""
     state, mechanism = assembly.state, assembly.mechanism
     motion = pushed(mechanism, state.q, state.places, force)
     reach = np.array([part.reach or 1.0 for part in mechanism.parts])
     return float((np.hypot(motion[:, 0], motion[:, 1]) + reach * np.abs(motion[:, 2])).max())
 
 
-FEWEST = 2000  # of a run, however short: enough for any figure
-PER_TURN = 500  # of a drive, or of what turns as the run starts
-PER_SWING = 20  # of a struck lever on its springs, and of a pendulum as long as a part
-LOOKS = 100  # at the speed of a drive, for its largest
-UNKNOWN = 10  # times as many in a run that turns end before its time, nobody knows when
-KEPT_MEMORY = 1e9  # bytes that samples may take where the scene does not say how many
+FEWEST = 2000  # samples of a run, however short: enough for a figure
+PER_TURN = 500  # samples per turn of a drive, or of a body that turns at the start
+PER_SWING = 20  # samples per swing of a struck lever, or of a pendulum as long as a part
+LOOKS = 100  # instants at which the largest speed of a drive is searched
+UNKNOWN = 10  # times as many samples if turns end the run at an unknown time
+KEPT_MEMORY = 1e9  # bytes of memory for samples if the scene does not give their number
 BYTES_OF_SAMPLE, BYTES_OF_PART, BYTES_OF_PAIR, BYTES_OF_CONTACT = 1500, 250, 40, 100
-WALL_SHARE = 0.5  # of the steps of a strike: a wall presses longer than it strikes
-ELASTIC = 0.99  # restitution of an impact that must not lose energy by its steps either
-ELASTIC_STEPS = 2.0  # times the steps there: 60 lose 1e-5 of the energy in an impact, 120 an eighth
-# Roundings of a position at the mechanism's extent. Over two turns of the paper's mechanism with
-# its strikes, tree and Lagrangian stay 1.5e-13 m apart however small the tolerance, 4000 of them
-# (`scripts/rounding.py`); without a strike 4e-15 m, from where on steps are as short as can be.
+WALL_SHARE = 0.5  # of the steps of a strike: touches of a wall last longer
+ELASTIC = 0.99  # restitution from which on impacts must not lose energy by steps
+ELASTIC_STEPS = 2.0  # times as many steps: 60 lose 1e-5 of the energy of an impact, 120 an eighth
+# Roundings of a position at the mechanism's extent. Two turns of the paper's mechanism with its
+# strikes by both engines differ by 1.5e-13 m, or 4000 roundings, however small the tolerance
+# (`scripts/rounding.py`). Without a strike they differ by 4e-15 m; then steps can't be shorter.
 ROUNDINGS = 5e3
-NO_SMALL_PART = 0.1  # of what a mechanism reaches: an error that hides how it moves
+NO_SMALL_PART = 0.1  # of the mechanism's extent: a larger error hides the motion
 
 
 @dataclass(frozen=True)
 class TurnGoal:
     """Ends a run when the second part has turned by `turned` (rad, positive) on the first.
 
-    Either way counts, from where it was at the start: the angle `start` (rad).
+    Either sense of rotation counts, from the angle `start` (rad) on.
     """
 
     first: int
@@ -177,7 +177,7 @@ class TurnGoal:
     turned: float
 
     def left(self, q: list[float]) -> float:
-        """Angle still to turn, rad, at coordinates of all parts one after the other."""
+        """Angle still to turn, rad, at coordinates of all parts in a row."""
         return self.turned - abs(self._relative(q) - self.start)
 
     def rate(self, q: list[float], v: list[float]) -> float:
@@ -191,9 +191,9 @@ class TurnGoal:
 
 
 def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
-    """Time at which a run ends at the latest, s: its duration, or when a drive has made its turns.
+    """Latest end of a run, s: its duration, or the time at which a drive has made its turns.
 
-    Turns of a joint without speed drive, or with one that varies or is at rest, end at `at_most`.
+    Turns of a joint without a speed drive, or with a varying or zero speed, end at `at_most`.
     """
     run = scene.run
     if run.duration is not None:
@@ -202,9 +202,9 @@ def end_of_run(scene: Scene, mechanism: Mechanism) -> float:
 
 
 def steady_drive(scene: Scene, mechanism: Mechanism) -> Ramp | None:
-    """What brings the joint whose turns end a run to one speed: they end at a time known before.
+    """Ramp of a constant speed of the joint whose turns end a run: their end is known before.
 
-    None if nothing does: any other drive may never make them.
+    None without such a drive: the turns may never be made.
     """
     for motor in mechanism.speed_motors:
         drive = scene.drives[motor.name]
@@ -214,7 +214,7 @@ def steady_drive(scene: Scene, mechanism: Mechanism) -> Ramp | None:
 
 
 def cut_off(scene: Scene, mechanism: Mechanism) -> float:
-    """Angle that a steady speed drive has still to turn when `at_most` ends the run, rad."""
+    """Angle, rad, that a steady speed drive still has to turn when `at_most` ends the run."""
     run, ramp = scene.run, steady_drive(scene, mechanism)
     if ramp is None or run.at_most is None:
         return 0.0
@@ -224,7 +224,7 @@ def cut_off(scene: Scene, mechanism: Mechanism) -> float:
 
 
 def _turns_made(scene: Scene, mechanism: Mechanism) -> float:
-    """Time at which a speed drive has made the turns, s; inf if none ever has."""
+    """Time, s, at which a speed drive has made the turns; inf if it never does."""
     turned = 2 * pi * (scene.run.turns or 0.0)
     ramp = steady_drive(scene, mechanism)
     if ramp is None or not ramp.value:
@@ -233,7 +233,7 @@ def _turns_made(scene: Scene, mechanism: Mechanism) -> float:
 
 
 def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
-    """Turns that end a run at a time nobody knows before; None if it is known."""
+    """Turns that end a run at an unknown time; None if the time is known before."""
     run, mechanism = scene.run, assembly.mechanism
     if run.turns is None or steady_drive(scene, mechanism) is not None:
         return None
@@ -244,10 +244,10 @@ def turn_goal(scene: Scene, assembly: Assembly) -> TurnGoal | None:
 
 
 def until_mistakes(until: Until, sensed: Sequence[FloatArray], path: KeyPath) -> list[Mistake]:
-    """Refuse a run that is over as it begins, by what its `until` senses (1,) at time 0.
+    """Refuse a run that is over at its start, by the senses (1,) of its `until` at time 0.
 
     Raises:
-        NoValueError: the formula has no value then.
+        NoValueError: the formula has no value at time 0.
 
     """
     start = np.zeros(1)
@@ -259,11 +259,11 @@ def until_mistakes(until: Until, sensed: Sequence[FloatArray], path: KeyPath) ->
 
 
 def formulation(scene: Scene) -> str:
-    """How Exudyn represents the scene: what it asks for, or the fastest.
+    """Formulation of the scene for Exudyn: the requested one, or the fastest.
 
-    Minimal coordinates are faster, but have their steps chosen by error control; a fixed step is
-    for redundant ones, which know no impulses and no points on curves, and in which friction of
-    joints holds nothing.
+    Minimal coordinates are faster; error control chooses their steps. A fixed step is for redundant
+    coordinates. These have no impulses and no points on curves, and friction of joints does not
+    hold there.
     """
     asked = scene.solver.formulation
     return asked if asked != "auto" else fittest(scene)
@@ -276,18 +276,18 @@ def fittest(scene: Scene) -> str:
 
 
 def sample_times(scene: Scene, mechanism: Mechanism, end: float) -> FloatArray:
-    """Even instants from 0 to the end, which is one of them, s."""
+    """Evenly spaced instants, s, from 0 to the end, with the end."""
     interval = scene.run.sample or kept_interval(scene, mechanism, end)
     count = int(end / interval * (1 + 1e-12))
     grid = interval * np.arange(count + 1)
-    # An end that is on the grid but for rounding takes the grid's place.
+    # If the end is on the grid within rounding, it replaces the grid's last instant.
     return np.append(grid if end - grid[-1] > 1e-9 * interval else grid[:-1], end)
 
 
 def sample_bytes(mechanism: Mechanism) -> int:
-    """Memory that a sample takes until the run is saved, bytes: what both engines need at most.
+    """Memory of a sample until the run is saved, bytes: the larger one of both engines.
 
-    Measured from 10 to 40 rods, with and without walls, from one count of samples to another.
+    It was measured with 10 to 40 rods, with and without walls, by runs of different sample counts.
     """
     walls = len(mechanism.contacts_and_pairs) - len(mechanism.touching)
     kept = BYTES_OF_PART * len(mechanism.parts) + BYTES_OF_PAIR * walls
@@ -295,14 +295,14 @@ def sample_bytes(mechanism: Mechanism) -> int:
 
 
 def kept_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
-    """Time between samples, s, round: what the motion needs, or more if those were too many."""
+    """Time between samples, s, a round number: it shows the motion, unless memory is short."""
     wanted = _round(wanted_interval(scene, mechanism, end), down=True)
     least = end * sample_bytes(mechanism) / KEPT_MEMORY
     return wanted if wanted >= least else _round(least, down=False)
 
 
 def wanted_interval(scene: Scene, mechanism: Mechanism, end: float) -> float:
-    """Time between samples, s, that shows the motion, as far as one knows before a run."""
+    """Time between samples, s, that shows the motion, as far as it is known before a run."""
     turns = scene.run.turns is not None and steady_drive(scene, mechanism) is None
     unknown = turns or scene.ending[1] is not None
     needs = [end / (FEWEST * (UNKNOWN if unknown else 1)), *_needs(scene, mechanism, end)]
@@ -329,25 +329,25 @@ def _needs(scene: Scene, mechanism: Mechanism, end: float) -> Iterator[float]:
 
 
 def _round(interval: float, *, down: bool) -> float:
-    """Return 1, 2 or 5 times a power of ten, next to an interval (s)."""
+    """Round an interval (s) down or up to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** floor(log10(interval))
     steps = [float(f"{factor * power:.0e}") for factor in (1, 2, 5, 10)]
     fit = [step for step in steps if (step <= interval * (1 + 1e-9)) == down or step == interval]
     return max(fit) if down else min(fit)
 
 
-# --- how finely ---------------------------------------------------------------------------------
+# --- resolution ---------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """Half the period of a contact's stiffness with the least mass on it, and its step, s."""
+    """Half the period of a contact's stiffness with the least mass, and the step, s."""
 
     half_period: float
     step: float
 
     def steps(self, given: float | None) -> float:
-        """Steps of the contact where the user gave a step (s), which may be shorter."""
+        """Number of steps in a touch, with a `given` step (s), if any and if it is shorter."""
         return self.half_period / min(self.step, given or inf)
 
 
@@ -356,9 +356,9 @@ def resolutions(
     assembly: Assembly,
     half_period_of: Callable[[Contact | Channel], float] | None = None,
 ) -> list[Resolution]:
-    """Resolutions of contacts and bearings, then of sleeves; none of contacts that take no time.
+    """Resolutions of contacts and bearings, then of sleeves; instantaneous contacts have none.
 
-    `half_period_of` returns half the period (s) of each; left out, it is `half_period`.
+    `half_period_of` returns half the period (s) of a contact; `half_period` by default.
     """
     half_period_of = half_period_of or partial(half_period, assembly)
     asked, by_contact = scene.solver.steps_per_contact, []
@@ -374,7 +374,7 @@ def resolutions(
 
 
 def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
-    """Half the period of a stiffness with the least mass behind it, s; inf of a rigid contact."""
+    """Half the period, s, of a contact's stiffness with the least mass; inf if it is rigid."""
     if isinstance(contact.law, Impulse):
         return inf
     state = assembly.state
@@ -383,7 +383,7 @@ def half_period(assembly: Assembly, contact: Contact | Channel) -> float:
 
 
 def half_periods(assembly: Assembly) -> list[float]:
-    """Return those of all contacts and bearings, then of all pairs of links and guides."""
+    """Half periods (s) of all contacts and bearings, then of all pairs of link and guide."""
     mechanism = assembly.mechanism
     halves = [half_period(assembly, contact) for contact in mechanism.touching]
     for channel in mechanism.channels:
@@ -399,14 +399,14 @@ def extent(assembly: Assembly) -> float:
 
 
 def least_tolerance(assembly: Assembly) -> float:
-    """Least error in positions (m) that a run can be asked for, rounded up to one digit."""
+    """Least tolerance of positions (m) that a run can keep, rounded up to one digit."""
     least = ROUNDINGS * float(np.finfo(float).eps) * extent(assembly)
     power = floor(log10(least))
     return float(f"{ceil(least / 10.0**power)}e{power}")
 
 
 def coarse_tolerance(scene: Scene, assembly: Assembly) -> Iterator[str]:
-    """Say that the tolerance that a scene asks for is large beside its mechanism."""
+    """Warn if the tolerance of a scene is large against its mechanism."""
     asked = scene.accuracy.tolerance
     if asked is not None and asked > NO_SMALL_PART * extent(assembly):
         yield (
@@ -416,18 +416,18 @@ def coarse_tolerance(scene: Scene, assembly: Assembly) -> Iterator[str]:
 
 
 PARTS_LOOKED_AT = (
-    200  # parts of a run, at whose ends a value is looked at: halves and tenths are among them
+    200  # parts of a run; values are checked at their ends, which include halves and tenths
 )
-BESIDE = 1e-9  # s, to either side of a knot: there a value is looked at
-JUMP = 1e-6  # of the largest value: a difference that is no rounding
-LEAP = 1e-3  # of the fastest part: coarse runs in redundant coordinates are off by a third of it
-STILL = 1e-2  # rad/s, m/s or m: what is less may be nothing but for a run's errors
+BESIDE = 1e-9  # s: values are checked at this distance on both sides of a knot
+JUMP = 1e-6  # of the largest value: a larger difference is no rounding
+LEAP = 1e-3  # of the fastest part: three times the error of coarse runs by redundant coordinates
+STILL = 1e-2  # rad/s, m/s or m: smaller values may be errors of a run
 
 
 def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
-    """Return the drives of time alone that have no value up to `end` (s), or jump where none may.
+    """Refuse drives by time that have no value before `end` (s), or that jump but must not.
 
-    `end` is that of the run at the latest.
+    `end` is the latest end of the run.
     """
     mistakes: list[Mistake] = []
     for motor in mechanism.speed_motors:
@@ -451,7 +451,7 @@ def drive_mistakes(mechanism: Mechanism, end: float) -> list[Mistake]:
 def _missing(
     path: KeyPath, function: Applied, end: float, *others: Callable[[FloatArray], FloatArray]
 ) -> Iterator[Mistake]:
-    """Say where a function of time has no value, or no value of `others` of it."""
+    """Refuse a function of time without a value, or without a value of its `others`."""
     if isinstance(function, Ramp) or end == inf:
         return
     table = function.motion if isinstance(function, SpeedOf) else function
@@ -474,10 +474,10 @@ def _missing(
 
 
 def _require_bounds(formula: Formula, end: float) -> None:
-    """Refuse a formula of time that has a pole: values on both sides of it tell nothing of it.
+    """Refuse a formula of time that has a pole, which values on both sides do not show.
 
     Raises:
-        NoValueError: it grows without bound.
+        NoValueError: the formula grows without bound.
 
     """
     for addend in formula.expression.addends:
@@ -487,7 +487,7 @@ def _require_bounds(formula: Formula, end: float) -> None:
 
 
 def _looks(end: float) -> FloatArray:
-    """Instants (n,) s of a run up to `end` at which values are looked at."""
+    """Instants (n,), s, of a run up to `end` at which values are checked."""
     return np.linspace(0.0, end, PARTS_LOOKED_AT + 1)
 
 
@@ -499,7 +499,7 @@ def _sides(function: Applied, end: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _jumps(path: KeyPath, speed: Prescribed, end: float) -> Iterator[Mistake]:
-    """A speed can't jump, nor can an angle, or a length: no finite force would do that."""
+    """Refuse jumps of a speed, an angle or a length: they would need an infinite force."""
     if isinstance(speed, (Ramp, Tabled)):
         return
     name = "value" if path[0] == "springs" else "speed"
@@ -524,7 +524,7 @@ def _jumps(path: KeyPath, speed: Prescribed, end: float) -> Iterator[Mistake]:
 
 
 def _used_up(path: KeyPath, rope: RopeContact, end: float) -> Iterator[Mistake]:
-    """A rope needs a length."""
+    """Refuse a rope whose length falls to zero."""
     looks = _looks(end)
     lengths = rope.free_length.values(looks)
     if lengths.min() <= 0:
@@ -534,7 +534,7 @@ def _used_up(path: KeyPath, rope: RopeContact, end: float) -> Iterator[Mistake]:
 
 
 def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
-    """Say which splines are closed by their last point, which places moved, which drives jump."""
+    """Notes on splines that their last point closes, on places moved, and on drives that jump."""
     mechanism = assembly.mechanism
     for name, curve in scene.curves.items():
         for gap in _repeats(curve):
@@ -542,7 +542,9 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
             yield f"curves.{name}: the last point, {gap:.3g} m from the first, {about}"
     if scene.initial.states:
         yield from list(_set_otherwise(scene, mechanism)) or _closed_otherwise(scene, assembly)
-    held = {} if scene.initial.at_rest else scene.initial.positions  # or it is where a search began
+    held = (
+        {} if scene.initial.at_rest else scene.initial.positions
+    )  # at a rest they are only the start of a search
     for body, given in held.items():
         place = assembly.state.q[mechanism.bodies[body][0], :2]
         away = float(np.hypot(*(place - given)))
@@ -554,7 +556,7 @@ def input_notes(scene: Scene, assembly: Assembly) -> Iterator[str]:
 
 
 def _set_otherwise(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
-    """Say which drives set another place or speed than the run had that a scene goes on from."""
+    """Note drives whose place or speed differs from the end of the run that the scene continues."""
     q, v = _states(scene, mechanism)
     for motor in mechanism.speed_motors:
         unit, axes = ("m", slice(0, 2)) if motor.slide else ("rad", slice(2, 3))
@@ -570,7 +572,7 @@ def _set_otherwise(scene: Scene, mechanism: Mechanism) -> Iterator[str]:
 
 
 def _closed_otherwise(scene: Scene, assembly: Assembly) -> Iterator[str]:
-    """Say how far joints move bodies from where the run had them that a scene goes on from."""
+    """Note bodies that joints move away from the end of the run that the scene continues."""
     mechanism = assembly.mechanism
     given, _ = _states(scene, mechanism)
     moves = np.hypot(*(assembly.state.q - given)[:, :2].T)
@@ -584,14 +586,14 @@ def _closed_otherwise(scene: Scene, assembly: Assembly) -> Iterator[str]:
 
 
 def _states(scene: Scene, mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
-    """Coordinates and velocities (parts, 3) of all parts that a scene goes on from."""
+    """Coordinates and velocities (parts, 3) from which a scene goes on."""
     rows = [row for name in mechanism.bodies for row in scene.initial.states[name]]
     q, v = np.split(np.array(rows, dtype=float), 2, axis=1)
     return q, v
 
 
 def _repeats(curve: Any) -> Iterator[float]:
-    """How far first and last points are apart, m, of splines in a curve that leave the last out."""
+    """Distances, m, of first and last points of splines in a curve that drop the last point."""
     if isinstance(curve, SplineSpec):
         points = np.array(curve.points)
         if len(closing(points, curve.closed)[0]) < len(points):

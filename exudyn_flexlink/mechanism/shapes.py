@@ -95,7 +95,7 @@ class Seen(NamedTuple):
         return Seen(*(column[..., contacts] for column in self))
 
     def closed(self, which: BoolArray) -> Seen:
-        """The same, with a gap that is always closed for those that are held from both sides."""
+        """The same, with gaps that are always closed for contacts held from both sides."""
         gap = np.where(which, ALWAYS_CLOSED, self.gap)
         return self._replace(gap=gap, gap_rate=np.where(which, 0.0, self.gap_rate))
 
@@ -104,7 +104,7 @@ class Look(NamedTuple):
     """All of contacts (c,) that their forces need, (..., c) each; the first four are as `Seen`.
 
     `normal` is the direction in which a contact pushes its first part, `along` that of the slip;
-    both act at the place `at`, m. `bend` (1/m) is the second derivative of the gap as `at` moves
+    both act at the `point`, m. `bend` (1/m) is the second derivative of the gap as this point moves
     past the second part's `centre`, across the normal; it is 0 between straight shapes.
 
     Friction of round parts acts at the point that divides the distance of their centres as their
@@ -120,7 +120,7 @@ class Look(NamedTuple):
     slip: FloatArray
     normal: ComplexArray
     along: ComplexArray
-    at: ComplexArray
+    point: ComplexArray
     centre: ComplexArray
     bend: FloatArray
     grip: FloatArray
@@ -137,7 +137,7 @@ class Look(NamedTuple):
 
 
 class Glimpse(NamedTuple):
-    """Gap (m) of a contact and its rate (m/s); `beside` (m) is how far it is beside its face."""
+    """Gap (m) of a contact and its rate (m/s); `beside` (m) is how far it lies beside its face."""
 
     gap: float
     gap_rate: float
@@ -188,37 +188,37 @@ class Shape(ABC, Generic[AnyContact]):
         """C, S, and the angle (rad) by which e is turned against the axes of S's part."""
 
     @abstractmethod
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts."""
 
     @abstractmethod
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """Gap of contact number c and its rate, by its `path` and the rate of that."""
+        """Gap of contact number c and its rate, from the `place` and the `rate` of its `path`."""
 
-    def seen(self, at: Poses) -> Seen:
+    def seen(self, poses: Poses) -> Seen:
         """Gaps and places, and their rates, alone."""
-        return self.look(at).seen
+        return self.look(poses).seen
 
-    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """Places (..., c), m, by which `glimpse` tells the gap, and their rates, m/s."""
-        return self._relative(at)[:2]
+    def path(self, poses: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """Places (..., c), m, from which `glimpse` computes the gap, and their rates, m/s."""
+        return self._relative(poses)[:2]
 
-    def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
+    def gap_bends(self, look: Look, poses: Poses, bends: ComplexArray) -> FloatArray:
         """Second derivatives (..., c), m/s^2, of the gaps, by accelerations of the origins.
 
         `bends` (..., n + 1), m/s^2, are the accelerations of origins; angular speeds are constant.
         """
-        return _gap_bends(look, self.links, at, bends)
+        return _gap_bends(look, self.links, poses, bends)
 
-    def _relative(self, at: Poses) -> Relative:
+    def _relative(self, poses: Poses) -> Relative:
         links, bases = self._links, self._bases
-        arms = at.axis.take(links, axis=-1) * self._arms
-        axes = at.axis.take(bases, axis=-1) * self._turned
-        point, back = at.origin.take(links, axis=-1) + arms, axes.conj()
-        apart = back * (point - at.origin.take(bases, axis=-1))
-        going = at.velocity.take(links, axis=-1) - at.velocity.take(bases, axis=-1)
-        going += at.turning.take(links, axis=-1) * arms
-        rate = back * going - at.turning.take(bases, axis=-1) * apart
+        arms = poses.axis.take(links, axis=-1) * self._arms
+        axes = poses.axis.take(bases, axis=-1) * self._turned
+        point, back = poses.origin.take(links, axis=-1) + arms, axes.conj()
+        apart = back * (point - poses.origin.take(bases, axis=-1))
+        going = poses.velocity.take(links, axis=-1) - poses.velocity.take(bases, axis=-1)
+        going += poses.turning.take(links, axis=-1) * arms
+        rate = back * going - poses.turning.take(bases, axis=-1) * apart
         return Relative(apart - self._behind, rate, axes, point)
 
     def _grips(
@@ -230,10 +230,10 @@ class Shape(ABC, Generic[AnyContact]):
         ones = np.ones(pressed.shape)
         return ones, radius * ones
 
-    def _spins(self, at: Poses) -> tuple[FloatArray, FloatArray]:
+    def _spins(self, poses: Poses) -> tuple[FloatArray, FloatArray]:
         """Angular speeds of both parts."""
         first, second = self.links
-        return at.spin.take(first, axis=-1), at.spin.take(second, axis=-1)
+        return poses.spin.take(first, axis=-1), poses.spin.take(second, axis=-1)
 
 
 def _carried(
@@ -241,7 +241,9 @@ def _carried(
 ) -> tuple[IndexArray, ComplexArray, FloatArray]:
     """Links of anchors (c,), their places (m) there, and angles (rad) of their parts' axes."""
     frames = [frame(anchor.part) for anchor in anchors]
-    places = [carrier.place(at.x, at.y) for carrier, at in zip(frames, anchors, strict=True)]
+    places = [
+        carrier.place(anchor.x, anchor.y) for carrier, anchor in zip(frames, anchors, strict=True)
+    ]
     links = np.array([carrier.link for carrier in frames], dtype=int)
     return (
         links,
@@ -250,27 +252,31 @@ def _carried(
     )
 
 
-def _carried_rate(links: IndexArray, place: ComplexArray, at: Poses) -> ComplexArray:
+def _carried_rate(links: IndexArray, place: ComplexArray, poses: Poses) -> ComplexArray:
     """Velocities (..., c) of the material points of links at these places."""
-    arms = place - at.origin.take(links, axis=-1)
-    return np.asarray(at.velocity.take(links, axis=-1) + at.turning.take(links, axis=-1) * arms)
+    arms = place - poses.origin.take(links, axis=-1)
+    return np.asarray(
+        poses.velocity.take(links, axis=-1) + poses.turning.take(links, axis=-1) * arms
+    )
 
 
 def _carried_bend(
-    links: IndexArray, place: ComplexArray, at: Poses, bends: ComplexArray
+    links: IndexArray, place: ComplexArray, poses: Poses, bends: ComplexArray
 ) -> ComplexArray:
     """Accelerations (..., c) of the material points of links there, at constant angular speeds."""
-    arms = place - at.origin.take(links, axis=-1)
-    return np.asarray(bends.take(links, axis=-1) - at.spin.take(links, axis=-1) ** 2 * arms)
+    arms = place - poses.origin.take(links, axis=-1)
+    return np.asarray(bends.take(links, axis=-1) - poses.spin.take(links, axis=-1) ** 2 * arms)
 
 
-def _gap_bends(look: Look, links: IndexArray, at: Poses, bends: ComplexArray) -> FloatArray:
+def _gap_bends(look: Look, links: IndexArray, poses: Poses, bends: ComplexArray) -> FloatArray:
     """Second derivatives of gaps: accelerations of points, with turning and bending of normals."""
     first, second = links
-    moved = _carried_bend(first, look.at, at, bends) - _carried_bend(second, look.at, at, bends)
-    rates = _carried_rate(first, look.at, at) - _carried_rate(second, look.at, at)
+    moved = _carried_bend(first, look.point, poses, bends) - _carried_bend(
+        second, look.point, poses, bends
+    )
+    rates = _carried_rate(first, look.point, poses) - _carried_rate(second, look.point, poses)
     past = _dot(look.along, rates)
-    turned = 2 * np.sign(_cross(look.along, look.normal)) * at.spin.take(second, axis=-1) * past
+    turned = 2 * np.sign(_cross(look.along, look.normal)) * poses.spin.take(second, axis=-1) * past
     return np.asarray(_dot(look.normal, moved) - turned + look.bend * past * past)
 
 
@@ -294,13 +300,13 @@ class Faces(Shape[FaceContact]):
         self._any_held = bool(self._held.any())
 
     def between(self, contact: FaceContact) -> tuple[Anchor, Anchor, float]:
-        """See the point from where the face starts, along it."""
+        """C is the point; S is the start of the face, and e points along the face."""
         start, end = contact.start, contact.end
         return contact.point, start, atan2(end.y - start.y, end.x - start.x)
 
-    def seen(self, at: Poses) -> Seen:
+    def seen(self, poses: Poses) -> Seen:
         """Gaps and places, and their rates, alone."""
-        return self._seen(*self.path(at))[0]
+        return self._seen(*self.path(poses))[0]
 
     def _seen(self, place: ComplexArray, rate: ComplexArray) -> tuple[Seen, FloatArray]:
         side = self._side
@@ -308,9 +314,9 @@ class Faces(Shape[FaceContact]):
             side = np.where(self._held, np.where(place.imag > 0, -1.0, 1.0), side)
         return Seen(side * place.imag, place.real, side * rate.imag, rate.real), side
 
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts."""
-        place, rate, along, point = self._relative(at)
+        place, rate, along, point = self._relative(poses)
         seen, side = self._seen(place, rate)
         none = np.zeros_like(seen.gap)
         return Look(*seen, 1j * side * along, along, point, point, none, none + 1.0, none)
@@ -331,14 +337,14 @@ class _Lines:
         directions = np.array([slide.direction for slide in slides])
         self._directions = np.exp(1j * (angles + directions))
 
-    def out(self, at: Poses) -> tuple[FloatArray, FloatArray]:
+    def out(self, poses: Poses) -> tuple[FloatArray, FloatArray]:
         """Lengths (..., s), m, and their rates, m/s."""
         base, end = (
-            at.origin.take(links, axis=-1) + at.axis.take(links, axis=-1) * arms
+            poses.origin.take(links, axis=-1) + poses.axis.take(links, axis=-1) * arms
             for links, arms in ((self._firsts, self._starts), (self._seconds, self._arms))
         )
-        along = at.axis.take(self._firsts, axis=-1) * self._directions
-        moving = _carried_rate(self._seconds, end, at) - _carried_rate(self._firsts, end, at)
+        along = poses.axis.take(self._firsts, axis=-1) * self._directions
+        moving = _carried_rate(self._seconds, end, poses) - _carried_rate(self._firsts, end, poses)
         return _dot(along, end - base), _dot(along, moving)
 
 
@@ -363,23 +369,23 @@ class Stops(Shape[SumStop]):
         self._lines = _Lines(slides, frame) if slides else None
 
     def between(self, contact: SumStop) -> tuple[Anchor, Anchor, float]:
-        """See one part from the other; only their angles and lengths count."""
+        """C and S are anchors of both parts; only angles and lengths count."""
         pushed, back = contact.anchors
         return pushed[0], back[0], 0.0
 
-    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """Return the sums as if they were places across."""
+    def path(self, poses: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """Return the sums as places across: the imaginary part of a path."""
         first, second = self._ends
-        place = at.angle.take(second, axis=-1) - at.angle.take(first, axis=-1)
+        place = poses.angle.take(second, axis=-1) - poses.angle.take(first, axis=-1)
         place = place + self._starts[1] - self._starts[0]
-        rate = at.spin.take(second, axis=-1) - at.spin.take(first, axis=-1)
+        rate = poses.spin.take(second, axis=-1) - poses.spin.take(first, axis=-1)
         if self._lines is not None:
-            place[..., self._slid], rate[..., self._slid] = self._lines.out(at)
+            place[..., self._slid], rate[..., self._slid] = self._lines.out(poses)
         return 1j * (place @ self._summed), 1j * (rate @ self._summed)
 
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts; what presses has no direction, and no place."""
-        place, rate = self.path(at)
+        place, rate = self.path(poses)
         none, zero = np.zeros(place.shape), np.zeros_like(place)
         gap, gap_rate = self._ways * (place.imag - self._bounds), self._ways * rate.imag
         return Look(gap, none, gap_rate, none, zero, zero, zero, zero, none, none + 1.0, none)
@@ -400,18 +406,18 @@ class Circles(Shape[CircleContact]):
         self._radius, self._edge = np.array([contact.radii for contact in contacts]).T
 
     def between(self, contact: CircleContact) -> tuple[Anchor, Anchor, float]:
-        """See the first centre from the second."""
+        """C is the first centre, S the second."""
         return contact.first, contact.second, 0.0
 
-    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+    def path(self, poses: Poses) -> tuple[ComplexArray, ComplexArray]:
         """First centres from second ones in the ground's axes: the gap does not depend on turns."""
-        place, rate, axes, _ = self._relative(at)
-        turning = at.turning.take(self._bases, axis=-1)
+        place, rate, axes, _ = self._relative(poses)
+        turning = poses.turning.take(self._bases, axis=-1)
         return axes * place, axes * (rate + turning * place)
 
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts. Concentric circles have the normal of their motion, or else x."""
-        place, rate, axes, point = self._relative(at)
+        place, rate, axes, point = self._relative(poses)
         far, way = np.abs(place), self._way
         if not far.all():
             place = np.where(far > 0, place, TINY * np.where(rate == 0, 1.0, rate))
@@ -419,7 +425,7 @@ class Circles(Shape[CircleContact]):
         moving, gap = outward.conj() * rate, way * (far - self._distance)
         pressed = self._distance + way * np.minimum(gap, 0.0)
         grip, arm = self._grips(-way * self._radius, self._distance, pressed)
-        first, second = self._spins(at)
+        first, second = self._spins(poses)
         normal = axes * outward
         return Look(
             gap,
@@ -444,7 +450,10 @@ class Circles(Shape[CircleContact]):
 
 
 class Ropes(Shape[RopeContact]):
-    """Ropes over points: their pieces together count. Directions are those of the last piece."""
+    """Ropes over points. The gap is the free length less the lengths of all pieces.
+
+    Directions are those of the last piece.
+    """
 
     def __init__(self, contacts: Sequence[RopeContact], frame: Callable[[int], Frame]) -> None:
         super().__init__(contacts, frame)
@@ -454,31 +463,31 @@ class Ropes(Shape[RopeContact]):
         self._first = self._last + 1 - np.array(counts)
 
     def between(self, contact: RopeContact) -> tuple[Anchor, Anchor, float]:
-        """See the last point from the one before."""
+        """C is the last point of the rope, S the point before it."""
         last = contact.pieces[-1]
         return last.first, last.second, 0.0
 
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts."""
-        pieces, t = self._pieces.look(at), np.asarray(at.t)
+        pieces, t = self._pieces.look(poses), np.asarray(poses.t)
         length, rate = (
             np.stack([c.free_length.of_order(t.ravel(), order) for c in self.contacts], axis=-1)
             for order in (0, 1)
         )
         gap, gap_rate = (
-            given.reshape(*t.shape, -1) + np.add.reduceat(column, self._first, axis=-1)
-            for given, column in ((length, pieces.gap), (rate, pieces.gap_rate))
+            free.reshape(*t.shape, -1) + np.add.reduceat(column, self._first, axis=-1)
+            for free, column in ((length, pieces.gap), (rate, pieces.gap_rate))
         )
         none = np.zeros_like(gap)
         last = pieces.of(self._last)
         return last._replace(gap=gap, place=none, gap_rate=gap_rate, slip=none, bend=none)
 
-    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
-        """Paths of last pieces; of all pieces they are those of `RopeContact.pieces`."""
-        return self._relative(at)[:2]
+    def path(self, poses: Poses) -> tuple[ComplexArray, ComplexArray]:
+        """Paths of the last pieces. Those of all pieces are paths of `RopeContact.pieces`."""
+        return self._relative(poses)[:2]
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
-        """How much longer than `RopeContact.shortest` a piece is, by the path of that."""
+        """How much longer a piece is than `RopeContact.shortest`, from the path of the piece."""
         far = abs(place)
         gap_rate = _dot(place, rate) / far if far > 0 else abs(rate)
         return Glimpse(far - self.contacts[c].shortest, gap_rate)
@@ -499,7 +508,7 @@ def grips(
 
 
 class _Searched(Shape[OnCurve]):
-    """Contacts on curves, whose place a search finds: by default the curve's nearest place."""
+    """Contacts on curves, where a search finds the place: by default the nearest of the curve."""
 
     def __init__(
         self,
@@ -516,7 +525,7 @@ class _Searched(Shape[OnCurve]):
         """Parameters (...) of the curve for what is seen from its axes."""
 
     @abstractmethod
-    def view(self, at: Poses) -> ComplexArray:
+    def view(self, poses: Poses) -> ComplexArray:
         """Points or directions (..., c) in the axes of curves, which the search starts from."""
 
     def _feet(self, seen: ComplexArray) -> Foot:
@@ -553,21 +562,21 @@ class OnCurves(_Searched[CurveContact]):
         self._distance = np.array([contact.distance for contact in contacts])
 
     def between(self, contact: CurveContact) -> tuple[Anchor, Anchor, float]:
-        """See the point in the axes of the curve."""
+        """C is the point; S and e are the origin and the x-axis of the curve."""
         return contact.point, Anchor(contact.carrier, 0.0, 0.0), 0.0
 
-    def view(self, at: Poses) -> ComplexArray:
+    def view(self, poses: Poses) -> ComplexArray:
         """Points (..., c), m."""
-        return self.path(at)[0]
+        return self.path(poses)[0]
 
     def nearest(self, contact: CurveContact, seen: ComplexArray) -> FloatArray:
         """Parameters (...) of the curve next to points."""
         search, points = contact.search, vectors(seen)
         return search.parameters(points) if search.cornered else contact.curve.closest(points)
 
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts."""
-        place, rate, axes, point = self._relative(at)
+        place, rate, axes, point = self._relative(poses)
         length, foot, tangent, second = self._feet(place)
         speed, side = np.abs(tangent), self._side
         way = tangent / speed
@@ -579,7 +588,7 @@ class OnCurves(_Searched[CurveContact]):
         touching = 1 - curvature * side * self._distance
         grip, arm = self._grips(side * self._radius, touching, np.where(gap < 0, near, touching))
         moving, along = way.conj() * rate, axes * way
-        spins = self._spins(at)
+        spins = self._spins(poses)
         return Look(
             gap,
             length + off.real,
@@ -622,48 +631,48 @@ class OnFlats(_Searched[FlatContact]):
         self._farthest = np.array([contact.farthest for contact in contacts])
 
     def between(self, contact: FlatContact) -> tuple[Anchor, Anchor, float]:
-        """See the curve's origin from the face's start, along the face."""
+        """C is the curve's origin; S is the start of the face, and e points along the face."""
         start, end = contact.start, contact.end
         turned = atan2(end.y - start.y, end.x - start.x)
         return Anchor(contact.carrier, 0.0, 0.0), start, turned
 
-    def view(self, at: Poses) -> ComplexArray:
+    def view(self, poses: Poses) -> ComplexArray:
         """Directions (..., c) towards the faces."""
-        axes = at.axis.take(self._bases, axis=-1) * self._turned
-        return np.asarray(self._axis(at).conj() * -1j * self._side * axes)
+        axes = poses.axis.take(self._bases, axis=-1) * self._turned
+        return np.asarray(self._axis(poses).conj() * -1j * self._side * axes)
 
-    def _axis(self, at: Poses) -> ComplexArray:
+    def _axis(self, poses: Poses) -> ComplexArray:
         """Axes of the curves (..., c)."""
-        return np.asarray(at.axis.take(self.links[1], axis=-1) * np.exp(1j * self._angles[1]))
+        return np.asarray(poses.axis.take(self.links[1], axis=-1) * np.exp(1j * self._angles[1]))
 
     def nearest(self, contact: FlatContact, seen: ComplexArray) -> FloatArray:
         """Parameters (...) of the curve, by directions towards the face."""
         return contact.search.parameters(vectors(seen))
 
-    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+    def path(self, poses: Poses) -> tuple[ComplexArray, ComplexArray]:
         """Places of origins across their faces, and turns times the farthest place, as lengths."""
-        place, rate, *_ = self._relative(at)
+        place, rate, *_ = self._relative(poses)
         face, carrier = self.links
-        turned = at.angle.take(carrier, axis=-1) - at.angle.take(face, axis=-1)
+        turned = poses.angle.take(carrier, axis=-1) - poses.angle.take(face, axis=-1)
         turned = turned + self._angles[1] - self._angles[0]
-        turning = at.turning.take(carrier, axis=-1) - at.turning.take(face, axis=-1)
+        turning = poses.turning.take(carrier, axis=-1) - poses.turning.take(face, axis=-1)
         return (
             np.asarray(sqrt(2) * (self._side * place.imag + 1j * self._farthest * turned)),
             np.asarray(sqrt(2) * (self._side * rate.imag + self._farthest * turning)),
         )
 
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts."""
-        _, _, along, origin = self._relative(at)
+        _, _, along, origin = self._relative(poses)
         normal = -1j * self._side * along
-        _, foot, tangent, second = self._feet(self.view(at))
+        _, foot, tangent, second = self._feet(self.view(poses))
         radius = np.abs(tangent) ** 3 / np.abs(_cross(tangent, second))
-        arm = self._axis(at) * foot
+        arm = self._axis(poses) * foot
         touched = origin + arm
-        start = at.origin.take(self._bases, axis=-1)
-        reach = touched - start - at.axis.take(self._bases, axis=-1) * self._start
-        mine, other = (_carried_rate(link, touched, at) for link in self.links)
-        moving, none = mine - other, np.zeros_like(radius)
+        start = poses.origin.take(self._bases, axis=-1)
+        reach = touched - start - poses.axis.take(self._bases, axis=-1) * self._start
+        of_face, of_curve = (_carried_rate(link, touched, poses) for link in self.links)
+        moving, none = of_face - of_curve, np.zeros_like(radius)
         return Look(
             -_dot(normal, reach),
             _dot(along, reach),
@@ -678,13 +687,14 @@ class OnFlats(_Searched[FlatContact]):
             none,
         )
 
-    def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
-        """As of the curve's circle of curvature, which is exact to the second order.
+    def gap_bends(self, look: Look, poses: Poses, bends: ComplexArray) -> FloatArray:
+        """Second derivatives of the gaps: see `Shape.gap_bends`.
 
-        Its centre is a point against the face.
+        They are those of the centre of the curve's circle of curvature, a point against the face:
+        that circle is exact to the second order.
         """
-        centre = look._replace(at=look.centre, normal=-look.normal)
-        return _gap_bends(centre, self.links[::-1], at, bends)
+        centre = look._replace(point=look.centre, normal=-look.normal)
+        return _gap_bends(centre, self.links[::-1], poses, bends)
 
     def glimpse(self, c: int, place: complex, rate: complex) -> Glimpse:
         """Gap of a contact and its rate, by the curve's origin across the face and its angle."""
@@ -726,36 +736,38 @@ class ContactShapes:
         self.links = np.array(parts, dtype=int).reshape(-1, 2).T
         self.straight = np.array([self._group(k).straight for k in self._places], dtype=bool)
 
-    def look(self, at: Poses) -> Look:
+    def look(self, poses: Poses) -> Look:
         """Look at the contacts, (..., c)."""
         if self._only is not None:
-            return self._only.look(at)
-        return Look(*self._of_all(self._shape(at), _LOOK_KINDS, lambda group: group.look(at)))
+            return self._only.look(poses)
+        return Look(*self._of_all(self._shape(poses), _LOOK_KINDS, lambda group: group.look(poses)))
 
-    def seen(self, at: Poses) -> Seen:
+    def seen(self, poses: Poses) -> Seen:
         """Gaps and places, and their rates, alone, (..., c)."""
         if self._only is not None:
-            return self._only.seen(at)
-        return Seen(*self._of_all(self._shape(at), _LOOK_KINDS[:4], lambda group: group.seen(at)))
+            return self._only.seen(poses)
+        return Seen(
+            *self._of_all(self._shape(poses), _LOOK_KINDS[:4], lambda group: group.seen(poses))
+        )
 
-    def path(self, at: Poses) -> tuple[ComplexArray, ComplexArray]:
+    def path(self, poses: Poses) -> tuple[ComplexArray, ComplexArray]:
         """Places of first parts seen from second ones, and their rates: see `Shape.path`."""
         if self._only is not None:
-            return self._only.path(at)
-        place, rate = self._of_all(self._shape(at), (1j, 1j), lambda group: group.path(at))
+            return self._only.path(poses)
+        place, rate = self._of_all(self._shape(poses), (1j, 1j), lambda group: group.path(poses))
         return place, rate
 
-    def gap_bends(self, look: Look, at: Poses, bends: ComplexArray) -> FloatArray:
+    def gap_bends(self, look: Look, poses: Poses, bends: ComplexArray) -> FloatArray:
         """Second derivatives of the gaps: see `Shape.gap_bends`."""
         bends_of_gaps = np.empty(look.gap.shape)
         for numbers, group in self._groups:
-            bends_of_gaps[..., numbers] = group.gap_bends(look.of(numbers), at, bends)
+            bends_of_gaps[..., numbers] = group.gap_bends(look.of(numbers), poses, bends)
         return bends_of_gaps
 
-    def view(self, at: Poses) -> ComplexArray:
+    def view(self, poses: Poses) -> ComplexArray:
         """Points or directions in the axes of curves, if all contacts are on curves: see `Foot`."""
         assert isinstance(self._only, _Searched)
-        return self._only.view(at)
+        return self._only.view(poses)
 
     def glimpse(self, k: int) -> Callable[[complex, complex], Glimpse]:
         """Function that returns contact k's gap and its rate, by its path and the rate of that."""
@@ -764,8 +776,8 @@ class ContactShapes:
     def _group(self, k: int) -> Shape[Any]:
         return self._groups[self._places[k][0]][1]
 
-    def _shape(self, at: Poses) -> tuple[int, ...]:
-        return (*at.angle.shape[:-1], len(self.contacts))
+    def _shape(self, poses: Poses) -> tuple[int, ...]:
+        return (*poses.angle.shape[:-1], len(self.contacts))
 
     def _of_all(
         self, shape: tuple[int, ...], kinds: tuple[complex, ...], ask: Callable[[Any], Any]

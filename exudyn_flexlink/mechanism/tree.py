@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.mechanism.constraints import Frame, weld_groups, with_at_origin
+from exudyn_flexlink.mechanism.constraints import Frame, frame_about, weld_groups
 from exudyn_flexlink.mechanism.joints import GROUND, Anchor, Gear, Geared, Pin, Slide, Slot, Weld
 from exudyn_flexlink.mechanism.model import Mechanism, Motor
 
@@ -23,11 +23,11 @@ HINGE, ALONG_X, ALONG_Y = "hinge", "along x", "along y"
 
 @dataclass(frozen=True)
 class Link:
-    """One joint and what it carries.
+    """A joint and the parts that it carries.
 
     `parent` is a link (GROUND: the ground), `offset` (m) the joint's place in the parent's axes and
-    `turn` (rad) the angle of the joint's axes there; `parts` are those that it carries. One that
-    is `held` never moves: the force that holds it is that in the joint after it.
+    `turn` (rad) the angle of the joint's axes in these; `parts` are carried. A `held` link never
+    moves: the force that holds it is that in the next joint, which is measured so.
     """
 
     parent: int
@@ -40,7 +40,7 @@ class Link:
 
 @dataclass(frozen=True)
 class GuidedSlot:
-    """A slot whose point rides on a slide: the turning link, the sliding link, and their offsets.
+    """A slot whose point is on a sliding link in a turning link: both links, and offsets.
 
     The point is at ``pivot + R(angle) (ahead + s, aside)``, s being the slide's coordinate; `pivot`
     (m) is where the guide is hinged to the ground.
@@ -56,7 +56,7 @@ class GuidedSlot:
 
 @dataclass(frozen=True)
 class Ride:
-    """A slot whose point carries a group that nothing else holds: its slides along x and y."""
+    """A slot whose point carries a group without other joints: its slides along x and y."""
 
     slot: Slot
     along: tuple[int, int]
@@ -67,13 +67,12 @@ Closure = Pin | Slide | Slot | Gear | Motor
 
 @dataclass
 class TreeLayout:
-    """Links in order, parents first, which coordinates are fixed, and what closes loops.
+    """Links, parents first; fixed coordinates; and the closures of loops.
 
     `frames` are those of the parts' origins, by part. `joints` has the link of each joint of the
-    tree, with 1 where its coordinate moves the second part against the first, -1 where the first
-    moves against the second. `slots` are those that a guide's angle
-    alone decides, `rides` those whose place on their curve takes the place of two slides; there are
-    some of either only where no other joint closes a loop.
+    tree, and 1 if its coordinate moves the second part against the first, else -1. If no other
+    joint closes a loop, slots need no closures: in `slots` the point's place follows from the
+    guide's angle; in `rides` the place on the curve is a coordinate and replaces two slides.
     """
 
     links: list[Link] = field(default_factory=list)
@@ -83,7 +82,7 @@ class TreeLayout:
     rides: list[Ride] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
     joints: dict[str, tuple[int, float]] = field(default_factory=dict)
-    felt: dict[str, tuple[int, ...]] = field(default_factory=dict)  # held links before a joint
+    felt: dict[str, tuple[int, ...]] = field(default_factory=dict)  # links held before a joint
 
     @property
     def free(self) -> list[int]:
@@ -94,11 +93,11 @@ class TreeLayout:
 
     @property
     def known(self) -> list[int]:
-        """Coordinates that motors prescribe, and those that are held."""
+        """Coordinates that motors prescribe, and coordinates of held links."""
         return sorted({*self.motors, *(link for links in self.felt.values() for link in links)})
 
     def path(self, link: int) -> list[int]:
-        """Links from the ground to this one, which is the last."""
+        """Links from the ground to a link, which is the last."""
         links: list[int] = []
         while link != GROUND:
             links.append(link)
@@ -115,7 +114,7 @@ class TreeLayout:
         return (frame.link, *frame.place(anchor.x, anchor.y))
 
     def turn(self, first: int, second: int) -> float:
-        """Angle (rad) of part `second` against `first` where all coordinates are 0."""
+        """Angle (rad) of part `second` against `first` if all coordinates are 0."""
         of_first, of_second = (
             frame.angle + sum(self.links[i].turn for i in self.path(frame.link))
             for frame in (self.frame(first), self.frame(second))
@@ -130,14 +129,14 @@ class TreeLayout:
         return row
 
     def sliding_row(self, slide: Slide) -> FloatArray | None:
-        """As `turning_row`, of how far a slide of the tree is out; None where it closes a loop."""
+        """As `turning_row`, for the stroke of a slide; None if the slide closes a loop."""
         if slide.name not in self.joints:
             return None
         link, sign = self.joints[slide.name]
         return np.asarray(sign * np.eye(len(self.links))[link])
 
     def summed_row(self, ties: Iterable[Geared], weights: Iterable[float]) -> FloatArray:
-        """As `turning_row`, of a sum of angles and of lengths of the tree's own slides."""
+        """As `turning_row`, for a sum of angles and of strokes of slides of the tree."""
         row = np.zeros(len(self.links))
         for tie, weight in zip(ties, weights, strict=True):
             moving = self.sliding_row(tie.slide) if tie.slide else self.turning_row(*tie.parts)
@@ -180,8 +179,8 @@ class _Spanning:
         self._felt = {friction.name for friction in mechanism.frictions if friction.share > 0}
         self._hung: dict[int, Frame] = {}  # frame of each group's axes, by its number
         self._number = {part: k for k, group in enumerate(self._groups) for part in group}
-        self._hang(0, Frame(GROUND))  # the ground's
-        # Slides first: what motors and slots fix then comes before what is free.
+        self._hang(0, Frame(GROUND))  # the group of the ground
+        # Slides come first: so coordinates that motors and slots fix precede free ones.
         joints: list[Pin | Slide] = [*mechanism.slides, *mechanism.pins]
         while len(self._hung) < len(self._groups):
             joint = next((j for j in joints if self._can_hang(j)), None)
@@ -211,18 +210,19 @@ class _Spanning:
         return first != second
 
     def _add(self, joint: Pin | Slide) -> None:
-        """Hang the end of a joint that is not in the tree yet onto the one that is."""
+        """Hang that part of a joint which is not yet in the tree onto the other."""
         first, second = joint.first, joint.second
         turned = not self._ends_hung(joint)[0]
         near, far = (second, first) if turned else (first, second)
         parent, x, y = self.layout.place(near)
         carrier = self._frames[far.part]
         group = self._number[far.part]
-        at = carrier.place(far.x, far.y)
+        origin = carrier.place(far.x, far.y)
         if isinstance(joint, Pin):
             kind, turn, angle = HINGE, 0.0, 0.0
         else:
-            # The slide's x-axis is the joint's line: seen from here, and from what hangs on it.
+            # The slide's x-axis is the joint's line; its angles on the near part and on the far
+            # part.
             along, back = joint.direction, joint.angle - joint.direction
             along, back = (-back, -along) if turned else (along, back)
             kind, turn = ALONG_X, self.layout.frame(near.part).angle + along
@@ -233,19 +233,19 @@ class _Spanning:
         link = len(self.layout.links)
         self.layout.joints[joint.name] = (link, -1.0 if turned else 1.0)
         self.layout.links.append(replace(before, kind=kind, parts=self._carried(group)))
-        self._hang(group, with_at_origin(at, link, angle))
+        self._hang(group, frame_about(origin, link, angle))
 
-    def _held(self, joint: Pin | Slide, at: Link) -> Link:
-        """Add the slides that feel the force in a joint; return where that is after them."""
+    def _held(self, joint: Pin | Slide, before: Link) -> Link:
+        """Add held slides, which measure the force in a joint; return the link after them."""
         first = len(self.layout.links)
         for kind in (ALONG_X, ALONG_Y) if isinstance(joint, Pin) else (ALONG_Y,):
-            self.layout.links.append(replace(at, kind=kind, held=True))
-            at = Link(len(self.layout.links) - 1, kind, (0.0, 0.0))
+            self.layout.links.append(replace(before, kind=kind, held=True))
+            before = Link(len(self.layout.links) - 1, kind, (0.0, 0.0))
         self.layout.felt[joint.name] = tuple(range(first, len(self.layout.links)))
-        return at
+        return before
 
     def _loose(self, mechanism: Mechanism) -> tuple[int, tuple[float, float]]:
-        """Return a group that nothing holds, and the point of it that is best followed."""
+        """Return a group without joints to the tree, and the best origin for its coordinates."""
         for slot in mechanism.slots:
             group = self._number[slot.anchor.part]
             if group not in self._hung and slot.carrier == GROUND:
@@ -254,7 +254,7 @@ class _Spanning:
         return group, self._centre_of_mass(mechanism, group)
 
     def _centre_of_mass(self, mechanism: Mechanism, group: int) -> tuple[float, float]:
-        """In the group's axes: there a free group's turning and its flight do not mix."""
+        """Centre of mass in the group's axes: rotation about it is independent of translation."""
         parts = [(mechanism.parts[part], self._frames[part]) for part in self._carried(group)]
         places = [(part.mass, frame.place(*part.centre)) for part, frame in parts]
         total = sum(mass for mass, _ in places)
@@ -262,21 +262,21 @@ class _Spanning:
         return x, sum(mass * place[1] for mass, place in places) / total
 
     def _add_free(self, loose: tuple[int, tuple[float, float]]) -> None:
-        group, at = loose
+        group, origin = loose
         count = len(self.layout.links)
         self.layout.links += [
             Link(GROUND, ALONG_X, (0.0, 0.0)),
             Link(count, ALONG_Y, (0.0, 0.0)),
             Link(count + 1, HINGE, (0.0, 0.0), 0.0, self._carried(group)),
         ]
-        self._hang(group, with_at_origin(at, count + 2, 0.0))
+        self._hang(group, frame_about(origin, count + 2, 0.0))
 
 
 # --- slots --------------------------------------------------------------------------------------
 
 
 def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
-    """Follow slots that close no loop without solving for them, unless there are loops."""
+    """Sort slots into `slots` and `rides` if no joint closes a loop, else into `closures`."""
     if layout.closures or any(slot.carrier != GROUND for slot in mechanism.slots):
         layout.closures += mechanism.slots
         return
@@ -293,7 +293,7 @@ def _place_slots(layout: TreeLayout, mechanism: Mechanism) -> None:
 
 
 def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
-    """Recognise the point as the one by which a loose group hangs in the tree."""
+    """The ride of a slot if its point is the origin of a free group, else None."""
     link, x, y = layout.place(slot.anchor)
     if link == GROUND or layout.links[link].kind != HINGE or (x, y) != (0.0, 0.0):
         return None
@@ -304,7 +304,7 @@ def _ride(layout: TreeLayout, slot: Slot) -> Ride | None:
 
 
 def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
-    """Recognise the point as one on a rod that slides in a guide hinged to the ground."""
+    """The guided slot of a point on a rod in a guide that is hinged to the ground, else None."""
     sliding, ahead, aside = layout.place(slot.anchor)
     if sliding == GROUND:
         return None
@@ -324,9 +324,10 @@ def _guided(layout: TreeLayout, slot: Slot) -> GuidedSlot | None:
 def hanging_on(
     mechanism: Mechanism, layout: TreeLayout, name: str
 ) -> tuple[list[int], float] | None:
-    """Parts on that side of a joint which the ground is not on; 1 if its second point is there.
+    """Parts that a joint holds, seen from the ground, and a sign; None outside the tree.
 
-    -1 if its first point is; None if it is no joint of the tree, and no weld.
+    The sign is 1 if the joint's second point is on these parts, -1 if its first point is. Welds
+    count as joints of the tree.
     """
     movable: tuple[Pin | Slide, ...] = (*mechanism.pins, *mechanism.slides)
     joints = [*mechanism.welds, *(joint for joint in movable if joint.name in layout.joints)]
@@ -341,7 +342,7 @@ def hanging_on(
 
 
 def _reached(part: int, joints: Sequence[Pin | Slide | Weld]) -> set[int]:
-    """Parts that joints hold together with one, and that one."""
+    """A part, and all parts that joints connect with it."""
     reached, more = {part}, {part}
     while more:
         ends = [{joint.first.part, joint.second.part} for joint in joints]

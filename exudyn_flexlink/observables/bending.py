@@ -83,8 +83,8 @@ def bending(result: Result, link: str) -> Bending:
     """
     scene, known = result.scene, bent_links(result.scene)
     if link not in known:
-        there = ", ".join(known) or "none"
-        raise ValueError(f"'{link}' has no hinges that bend; there are: {there}")
+        names = ", ".join(known) or "none"
+        raise ValueError(f"'{link}' has no hinges that bend; there are: {names}")
     body = known[link]
     moment, stress, strain = moments(result, link), None, None
     if (half := body.section.half_height) is not None:

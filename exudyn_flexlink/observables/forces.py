@@ -211,9 +211,9 @@ def force_peaks(result: Result) -> dict[str, ForcePeak]:
     for name, force in forces_of(result).items():
         largest = int(np.argmax(np.abs(force.size)))
         contact_name = force.name if force.quantity.startswith("contact") else ""
-        value, at = exact.get(
+        value, instant = exact.get(
             contact_name, (float(force.size[largest]), float(result.time[largest]))
         )
         if contact_name not in unbound:
-            by_force[name] = ForcePeak(value, force.unit, at)
+            by_force[name] = ForcePeak(value, force.unit, instant)
     return by_force

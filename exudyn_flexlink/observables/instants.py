@@ -67,31 +67,31 @@ def even_instants(time: FloatArray, every: float) -> FloatArray:
     return np.asarray(time[0] + every * np.arange(count + 1))
 
 
-def require_inside(time: FloatArray, at: FloatArray) -> None:
-    """Refuse instants `at` (s) outside the samples `time` (N,) s of a run.
+def require_inside(time: FloatArray, instants: FloatArray) -> None:
+    """Refuse `instants` (s) outside the samples `time` (N,) s of a run.
 
     Raises:
         ValueError: one of them is outside, or no number.
 
     """
     begin, end = float(time[0]), float(time[-1])
-    if not np.all((at >= begin - KNOT_TIME) & (at <= end + KNOT_TIME)):
+    if not np.all((instants >= begin - KNOT_TIME) & (instants <= end + KNOT_TIME)):
         raise ValueError(f"time: the run goes from {begin:.9g} to {end:.9g} s, no further")
 
 
 def straight_between(
-    time: FloatArray, values: FloatArray, at: FloatArray, *, bound: bool = False
+    time: FloatArray, values: FloatArray, instants: FloatArray, *, bound: bool = False
 ) -> FloatArray:
-    """Values at instants `at` (M,) s on straight lines between samples (N, ...) at `time` (N,) s.
+    """Values at `instants` (M,) s on straight lines between samples (N, ...) at `time` (N,) s.
 
     At a jump, on both sides of which there is a sample, it is the later one. Before the first
     sample and after the last the value is theirs. Of a `bound` it is the larger of both samples.
     """
-    before = np.searchsorted(time, at + LAST_PLACES * np.spacing(np.abs(at)), side="right") - 1
-    before = np.clip(before, 0, len(time) - 1)
+    latest = instants + LAST_PLACES * np.spacing(np.abs(instants))
+    before = np.clip(np.searchsorted(time, latest, side="right") - 1, 0, len(time) - 1)
     after = np.minimum(before + 1, len(time) - 1)
     span = time[after] - time[before]
-    since = np.maximum(at - time[before], 0.0)
+    since = np.maximum(instants - time[before], 0.0)
     part = np.divide(since, span, out=np.zeros_like(since), where=span > 0)
     part = part.reshape((*part.shape, *(1,) * (values.ndim - 1)))
     first, second = values[before], values[after]
@@ -101,18 +101,20 @@ def straight_between(
 
 
 def between_samples(
-    time: FloatArray, values: FloatArray, rates: FloatArray, at: FloatArray
+    time: FloatArray, values: FloatArray, rates: FloatArray, instants: FloatArray
 ) -> FloatArray:
-    """Values at instants `at` (M,) s: the cubic through values and rates of the samples around.
+    """Values at `instants` (M,) s: the cubic through values and rates of the samples around.
 
     `time` (N,) s, `values` (N, ...) and their time derivatives `rates` (N, ...). Exact at samples.
     Straight where the rates jump between two samples (an impulse): a cubic would overshoot.
     Instants outside the samples continue the outermost cubic.
     """
     if len(time) < 2:
-        return np.asarray(np.broadcast_to(values[0], (*np.shape(at), *values.shape[1:])).copy())
-    i = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
-    shape = (*np.shape(at), *(1,) * (values.ndim - 1))
+        return np.asarray(
+            np.broadcast_to(values[0], (*np.shape(instants), *values.shape[1:])).copy()
+        )
+    i = np.clip(np.searchsorted(time, instants, side="right") - 1, 0, len(time) - 2)
+    shape = (*np.shape(instants), *(1,) * (values.ndim - 1))
     span = (time[i + 1] - time[i]).reshape(shape)
     span = np.where(span > 0, span, 1.0)  # two samples of one instant: any span gives their value
     slope = (values[i + 1] - values[i]) / span
@@ -121,7 +123,7 @@ def between_samples(
     smooth = (off < 0.4 * np.abs(v1 - v0)) | (off < HARMLESS * np.max(np.abs(rates)))
     v0 = np.where(smooth, v0, slope)
     v1 = np.where(smooth, v1, slope)
-    x = (np.asarray(at) - time[i]).reshape(shape) / span
+    x = (np.asarray(instants) - time[i]).reshape(shape) / span
     b = 3 * slope - 2 * v0 - v1
     c = v0 + v1 - 2 * slope
     return np.asarray(values[i] + span * x * (v0 + x * (b + x * c)))

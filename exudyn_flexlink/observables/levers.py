@@ -1,6 +1,6 @@
-"""How struck bodies answer, and the quantities whose extremes a run keeps.
+"""The response of struck bodies, and the quantities whose extremes a run keeps.
 
-A struck body turns on a hinge, slides, or is free: its answer is an angle or a displacement. An
+A struck body turns on a hinge, slides, or is free: its response is an angle or a displacement. An
 engine evaluates the quantities at the nodes of its steps, so that extremes do not depend on
 samples.
 """
@@ -43,9 +43,9 @@ Motion = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True)
 class Measure:
-    """A quantity, by its word and SI unit, and what its greatest less its least is called.
+    """A quantity: its word, its SI unit, and the word for its range (`span`).
 
-    `digits` is how Python writes its numbers.
+    `digits` is the Python format of its numbers.
     """
 
     word: str
@@ -60,7 +60,7 @@ class Measure:
 
     @property
     def rate_name(self) -> str:
-        """Its rate with the unit."""
+        """Name of its rate, with the unit."""
         return f"rate_{self.unit}_per_s"
 
     def number(self, value: float) -> str:
@@ -92,9 +92,9 @@ class Turned:
 
 @dataclass(frozen=True)
 class Slid:
-    """The body slides along the line of a joint: how far, along the joint's axis.
+    """The body slides along the line of a joint: its displacement along the joint's axis.
 
-    `sign` is -1 if the body carries the line, so that the other part goes the opposite way.
+    `sign` is -1 if the body carries the line and the other part slides.
     """
 
     measure: ClassVar[Measure] = DISPLACEMENT
@@ -109,7 +109,7 @@ class Slid:
 
 @dataclass(frozen=True)
 class Moved:
-    """No one joint says how the body moves: how far an anchor goes along a `normal` (2,)."""
+    """No single joint determines the motion: displacement of an anchor along a `normal` (2,)."""
 
     measure: ClassVar[Measure] = DISPLACEMENT
     anchor: Anchor
@@ -117,18 +117,18 @@ class Moved:
 
     def motion(self, q: FloatArray, v: FloatArray) -> Motion:
         """Place (...) along the normal, m, and its rate, m/s: see `Slid.motion`."""
-        at, going = anchor_position(self.anchor, q), anchor_velocity(self.anchor, q, v)
-        return np.dot(at, self.normal), np.dot(going, self.normal)
+        place, going = anchor_position(self.anchor, q), anchor_velocity(self.anchor, q, v)
+        return np.dot(place, self.normal), np.dot(going, self.normal)
 
 
 Answer = Turned | Slid | Moved
 
 
 def answer_of(scene: Scene, mechanism: Mechanism, contact: Contact, start: FloatArray) -> Answer:
-    """By what the motion of the body is told that a contact strikes.
+    """The measure of the motion of the body that a contact strikes.
 
-    `start` (parts, 3) are the poses at time 0. What is free is told by the last anchor of what is
-    struck, along the normal at time 0.
+    `start` (parts, 3) are the poses at time 0. For a free body it is the displacement of the last
+    anchor of the struck face, along the normal at time 0.
     """
     part = contact.parts[1]
     body = mechanism.parts[part].body
@@ -144,7 +144,7 @@ def answer_of(scene: Scene, mechanism: Mechanism, contact: Contact, start: Float
 
 
 def rest_of(answer: Answer, mechanism: Mechanism) -> float | None:
-    """Angle (rad), or place (m), at which the spring of what a body moves on is at rest, if any."""
+    """Rest angle (rad), or rest place (m), of the spring at a struck body's joint, if any."""
     if isinstance(answer, Turned):
         ends = answer.carrier, answer.part
         for spring in mechanism.springs:
@@ -159,7 +159,7 @@ def rest_of(answer: Answer, mechanism: Mechanism) -> float | None:
 
 
 def measures(scene: Scene) -> dict[str, Measure]:
-    """By what the motion of every struck body is told."""
+    """The measure of the motion of every struck body."""
     mechanism, by_body = build_mechanism(scene), {}
     for contact in scene.contacts.values():
         body = contact.struck
@@ -170,9 +170,9 @@ def measures(scene: Scene) -> dict[str, Measure]:
 
 
 def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | None:
-    """Return the joint on which a body, with what is welded to it, turns or slides.
+    """Return the joint on which a body, with bodies welded to it, turns or slides.
 
-    One that holds it on the ground, else the first of the scene; None without one.
+    It is one to the ground, else the first of the scene; None without a joint.
     """
     fixed = _rigid_group(mechanism, body)
     joints = [
@@ -185,7 +185,7 @@ def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | 
 
 
 def _rigid_group(mechanism: Mechanism, body: str) -> set[int]:
-    """Parts of a body, and those welded to them; none if they are welded to the ground."""
+    """Parts of a body and parts welded to them; no parts if they are welded to the ground."""
     welds = [{weld.first.part, weld.second.part} for weld in mechanism.welds]
     fixed, reached = set[int](), set(mechanism.bodies[body])
     while reached > fixed:
@@ -195,7 +195,7 @@ def _rigid_group(mechanism: Mechanism, body: str) -> set[int]:
 
 
 def _joints(scene: Scene, mechanism: Mechanism, fixed: set[int]) -> Iterator[Carrying]:
-    """Hinges and slides of the scene's joints, in its order; a guide is not carried by its link."""
+    """Hinges and slides of the scene's joints, in order, without the sleeve of a guide itself."""
     joints = {joint.name: joint for joint in (*mechanism.hinges, *mechanism.slides)}
     for name, joint in scene.joints.items():
         if name in joints and not (
@@ -229,16 +229,16 @@ class LeverResponse(OverTime):
     def __repr__(self) -> str:
         if not np.size(self.time):
             return f"<LeverResponse of {self.body}: no samples>"
-        (least, at), (greatest, then) = self.least, self.greatest
+        (least, instant), (greatest, then) = self.least, self.greatest
         unit = self.measure.unit
         return (
-            f"<LeverResponse of {self.body}: from {least:+.5g} {unit} at {at:.5g} s to "
+            f"<LeverResponse of {self.body}: from {least:+.5g} {unit} at {instant:.5g} s to "
             f"{greatest:+.5g} {unit} at {then:.5g} s; {samples_text(self.time)}>"
         )
 
     @takes(begin=number(Dimension.TIME, endless=True), end=number(Dimension.TIME, endless=True))
     def between(self, begin: float, end: float) -> LeverResponse:
-        """The part from `begin` to before `end` (s) alone; may be nothing."""
+        """The part from `begin` (s) to before `end` (s); it may be empty."""
         inside = (self.time >= begin) & (self.time < end)
         names = ("time", "value", "rate", "tip_displacement")
         arrays = {name: getattr(self, name)[inside] for name in names}
@@ -257,24 +257,24 @@ class LeverResponse(OverTime):
 
     @property
     def farthest(self) -> float:
-        """Value farthest from where the body stood at time 0; 0 of no part of a run."""
+        """Value farthest from that at time 0; 0 of an empty part of a run."""
         values = self._all
         return max(values.least[0], values.greatest[0], key=abs) if len(values.time) else 0.0
 
     @property
     def moves(self) -> bool:
-        """Whether the body moves at all; one that is welded to the ground does not."""
+        """Whether the body moves; a body that is welded to the ground does not."""
         return self.least[0] < self.greatest[0]
 
     @property
     def _all(self) -> Extremes:
-        """Extremes and samples: at the ends of a part of a run only these tell the value."""
+        """Extremes and samples; at the ends of a part of a run only samples have the value."""
         extremes = self.extremes
         return Extremes(np.append(extremes.time, self.time), np.append(extremes.value, self.value))
 
 
 def struck_bodies(scene: Scene) -> dict[str, str]:
-    """Bodies that are struck, each with the first contact that strikes it."""
+    """Struck bodies, each with the first contact that strikes it."""
     contacts: dict[str, str] = {}
     for name, contact in scene.contacts.items():
         if contact.struck is not None:
@@ -290,7 +290,7 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
     if part == GROUND:
         raise ValueError(f"the contact '{contact}' strikes the ground")
     body, start = mechanism.parts[part].body, result.poses[0]
-    # One answer for a body, whichever contact strikes it: the run's extremes are of that.
+    # A body has one measure for all contacts that strike it: the run's extremes are of this.
     first = struck_by(mechanism, struck_bodies(result.scene)[body])
     answer = answer_of(result.scene, mechanism, first, start)
     value, rate = answer.motion(result.poses, result.rates)
@@ -314,9 +314,9 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
 
 
 def _set_back(q: FloatArray, answer: Turned | Slid | Moved, part: int, by: float) -> FloatArray:
-    """Poses (parts, 3) with the struck part back by an angle (rad) about its hinge, if it has one.
+    """Poses (parts, 3) with the struck part turned back by an angle (rad) about its hinge, if any.
 
-    What it would be at rest, where a run goes on from one that bent it.
+    This is the pose at rest, for a run that goes on from another one with the part displaced.
     """
     if not isinstance(answer, Turned):
         return q
@@ -335,17 +335,17 @@ def struck_by(mechanism: Mechanism, contact: str) -> Contact:
 
 
 def _farthest(anchors: Sequence[Anchor], hinge: Anchor | None, q: FloatArray) -> Anchor:
-    """Anchor of the struck body that moves most as it swings, the last of several alike."""
+    """Anchor of the struck body with the largest motion; the last one of equal anchors."""
     if hinge is None:
         return anchors[-1]
-    at = anchor_position(hinge, q)
+    place = anchor_position(hinge, q)
     return max(
-        anchors[::-1], key=lambda anchor: float(np.linalg.norm(anchor_position(anchor, q) - at))
+        anchors[::-1], key=lambda anchor: float(np.linalg.norm(anchor_position(anchor, q) - place))
     )
 
 
 def extremes_of(scene: Scene, contact: str) -> tuple[str, str]:
-    """Names of the force and penetration of a contact, or of what a hinge's stop has of both."""
+    """Names of force and penetration of a contact, or of torque and angle of a hinge's stop."""
     turns = scene.unit_of(contact, "m") == "rad"
     names = ("torque_N_m", "penetration_rad") if turns else ("force_N", "penetration_m")
     return f"{contact}.{names[0]}", f"{contact}.{names[1]}"
@@ -387,18 +387,18 @@ class Watched:
         (m, n, places) twice and (m, n, speeds) twice, in the order of `names`; squared where
         `unsquared` takes the root. `slopes` differentiates velocities (m, n, c) within a step.
         """
-        at = anchor_position(self._anchor, poses)
+        place = anchor_position(self._anchor, poses)
         going = anchor_velocity(self._anchor, poses, rates)
         motions = [answer.motion(poses, rates) for answer in self._answers]
         answers, moving = [column[0] for column in motions], [column[1] for column in motions]
-        distance, growing = np.sum(at * at, axis=-1), 2 * np.sum(at * going, axis=-1)
+        distance, growing = np.sum(place * place, axis=-1), 2 * np.sum(place * going, axis=-1)
         velocities = np.stack([*moving, going[..., 0], going[..., 1]], axis=-1)
         slope = slopes(velocities)
         # The square has twice the degree of the velocity: its values alone do not tell its slope.
         square = np.sum(going * going, axis=-1)
         bend = 2 * np.sum(going * slope[..., -2:], axis=-1)
         return (
-            np.stack([*answers, at[..., 0], at[..., 1], distance], axis=-1),
+            np.stack([*answers, place[..., 0], place[..., 1], distance], axis=-1),
             np.stack([*moving, going[..., 0], going[..., 1], growing], axis=-1),
             np.concatenate([velocities[..., :-2], square[..., None]], axis=-1),
             np.concatenate([slope[..., :-2], bend[..., None]], axis=-1),

@@ -36,17 +36,18 @@ from exudyn_flexlink.source import unknown
 
 ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
 VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
-# What is told of a run over its distance from one that is less accurate. Both may miss the same
+# A run's error bound over its distance from a run that is less accurate. Both may miss the same
 # vibration, or graze the same wall, and be nearer to each other than the better one is to the
 # truth. Of 87 hard runs, those of the first 29 scenes of `scripts/told_errors.py`, 84 are off by no
-# more than is told with this factor, the other three by up to 2.4 times that; none that is off by
-# more than its tolerance is silent. Of 46 that keep it 27 warn.
+# more than this bound, the other three by up to 2.4 times the bound. Every run that is off by more
+# than its tolerance warns; of 46 runs that keep their tolerance 27 warn, too.
 FACTOR = 3.0
 TIGHTER = 0.1  # of the tolerance, or of a given step: that of a run that tells what both hide
-# Of the samples in touches: what so many are within counts for the force of a contact. The others
-# are where a force falls from loading to unloading in less than a step; there the coarser run is a
-# hundred times worse, not ten. Of the 40 strikes of scripts/random_touches.py the median told is
-# some ten times the true largest error, and no sample of the finer run is off by more.
+# Of the samples in touches: this part, those that differ least, gives the error of a contact's
+# force. The others lie where a force falls from loading to unloading in less than a step; there the
+# coarser run is a hundred times worse than the finer one, elsewhere ten times. Of the 40 strikes of
+# scripts/random_touches.py the median error bound is some ten times the true largest error, and no
+# sample of the finer run is off by more than its bound.
 MOST_SAMPLES = 0.97
 
 Pair = tuple[str, str]
@@ -149,11 +150,12 @@ def force_deviations(
 ) -> dict[str, ForceDeviation]:
     """How far forces of two runs are apart before `until` (s), by what they are called.
 
-    At the instants that the first run's scene asks for. Left out are those at which one run touches
-    what the other does not, or that are next to an impulse: there a force is the contact's or not,
-    as much as both runs differ in its instant, which says nothing about the size of any force. The
-    force of a contact is compared touch by touch, see `_in_touches`; `near` (m) is how well a place
-    is known at best. Dry friction is left out where one run slips another way, or rests.
+    They are compared at the instants that the first run's scene asks for. Instants at which one run
+    touches what the other does not, or that are next to an impulse, are left out: there the force
+    of a contact acts in one run and not yet in the other, which tells how far apart the touches
+    begin, not how far off any force is. The force of a contact is compared touch by touch, see
+    `_in_touches`; `near` (m) is how well a place is known at best. Dry friction is left out where
+    the two runs slip in different directions, or where one of them rests.
     """
     time = common_times(first, second)
     spacing = float(np.max(np.diff(time), initial=0.0))
@@ -174,7 +176,7 @@ def force_deviations(
             for run, value in zip((first, second), values, strict=True)
         )
         same = alike
-        if first.stages:  # a part may not be there in one of them
+        if first.stages:  # at some instants a joint may exist in one of them alone
             gone = np.isnan(first_force + second_force)
             same = alike & ~gone.any(axis=tuple(range(1, gone.ndim)))
         if force.quantity.startswith("friction"):
@@ -203,12 +205,13 @@ def _slip(result: Result, joint: str, time: FloatArray) -> FloatArray:
 def _in_touches(
     first: Result, second: Result, name: str, until: float, near: float
 ) -> tuple[ForceSpread | None, float | None]:
-    """How far the force of a contact is apart in its touches before `until` (s), and instants (s).
+    """How far two runs differ in a contact's touches before `until` (s): in force, and in time (s).
 
-    At the samples of the second run, which has fewer. A touch of it and that of the first run which
-    begins next to it are aligned at their begins, and compared up to the end of the shorter one: at
-    equal instants the difference would be mostly that of the begins, times a steep slope. No
-    instant is known better than `near` (m) takes at the fastest approach.
+    Forces are compared at the samples of the second run, which has fewer. Each of its touches is
+    aligned with the nearest touch of the first run: both count time from their begins, up to the
+    end of the shorter one. At equal instants the difference would be mostly that of the begins,
+    times a steep slope. Time is the largest difference of the begins and of the ends, and at least
+    what the fastest approach takes for `near` (m).
     """
     both = [run.contacts[name].touches for run in (first, second)]
     touches = [list(intervals) for intervals in both]
@@ -246,23 +249,24 @@ def _between(time: FloatArray, values: FloatArray) -> Any:
 
 
 def _matched(first: FloatArray, second: FloatArray) -> Iterator[tuple[int, int]]:
-    """Numbers of instants (n,) and (m,), increasing, each of which is the other's nearest."""
+    """Pairs of indices of increasing instants (n,) and (m,) that are nearest to each other."""
     if len(first) and len(second):
         in_second, in_first = _nearest(second, first), _nearest(first, second)
         yield from ((k, m) for k, m in enumerate(in_second.tolist()) if in_first[m] == k)
 
 
-def _nearest(instants: FloatArray, at: FloatArray) -> IndexArray:
-    """Numbers (n,) of the instants (m,), increasing, that are nearest to others (n,)."""
+def _nearest(instants: FloatArray, others: FloatArray) -> IndexArray:
+    """Index (n,), among increasing `instants` (m,), of the one nearest to each of `others` (n,)."""
     middles = 0.5 * (instants[1:] + instants[:-1])
-    return np.searchsorted(middles, at)
+    return np.searchsorted(middles, others)
 
 
 def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
     """Times (n,) since the begin of a touch of its samples, and forces there.
 
-    Where the force leaps at its begin or end there are two samples; that inside the touch counts.
-    Of two that are one rounding apart, at an event within the touch, the later one does.
+    Where the force leaps at the begin or the end, there are two samples; the one inside the touch
+    counts. An event within the touch may have two samples that differ by rounding; the later one
+    counts.
     """
     first, last = np.searchsorted(result.time, [begin, end])
     since, force = result.time[first:last] - begin, result.contacts[name].force[first:last]
@@ -271,11 +275,11 @@ def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatA
 
 
 def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
-    """Name of the force that is farthest off as a part of its own largest, and that part.
+    """Name of the force that is farthest off, relative to its largest value, and that ratio.
 
-    While nothing touches, unless something does throughout, or no force acts then. Forces that are
-    rounding, beside the largest of their unit, tell nothing. An empty name and 0 where no force
-    does.
+    Errors while nothing touches count. Only where something touches all the time, or where no force
+    acts while nothing touches, the errors in touches count. Forces that are rounding, beside the
+    largest of their unit, are left out. If no force is left, the name is empty and the ratio 0.
     """
     acts = any(
         deviation.free and deviation.free.size > NO_FORCE for deviation in deviations.values()
@@ -324,7 +328,10 @@ def touching(result: Result, time: FloatArray) -> BoolArray:
 
 
 def _touching(first: Result, second: Result, time: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """Whether the same touches in both runs, of what can touch in both; whether anything does."""
+    """Whether the same pairs touch in both runs at instants (N,) s; whether anything touches.
+
+    Only pairs that both runs have are compared.
+    """
     both = _pairs(first, time), _pairs(second, time)
     common = [pair for pair in both[0] if pair in both[1]]
     parted = [both[0][pair] != both[1][pair] for pair in common]
@@ -356,10 +363,10 @@ def _near_impulses(result: Result, time: FloatArray, spacing: float) -> BoolArra
 
 
 def error_between(run: Result, other: Result, least: float, tolerance: float) -> MeasuredError:
-    """Tell how far `run` is off, in the points that are judged and in forces, by another run.
+    """Bound the error of `run`, in points that are judged and in forces, by comparing another run.
 
-    `least` (m) is the smaller tolerance of both, below which nothing is told; `tolerance` (m) is
-    that of the other one. Once both have parted visibly nothing is told.
+    `least` (m) is the smaller tolerance of both: no smaller error can be told. `tolerance` (m) is
+    that of the other run. From where both have parted visibly on, no error is known.
     """
     points = judged_points(run.scene)
     if max(room(result, points) for result in (run, other)) <= PLACE_ROUNDING:
@@ -473,9 +480,10 @@ def force_of(result: Result, name: str) -> Force:
 def force_error(result: Result, name: str) -> FloatArray:
     """How far a force may be off at each sample (N,), by what `forces_of` calls it; N or N m.
 
-    The largest error that a second run found while nothing touches, or while something does.
-    Inf beyond the instant up to which errors are known; nan where nothing was measured. Where a
-    touch begins or ends, a force jumps as much later or earlier as the instant is off, too.
+    It is the largest error that a second run gives while nothing touches, or while something does.
+    It is inf beyond the instant up to which errors are known, and nan where nothing was measured.
+    The begin and the end of a touch are off in time, too: a force that jumps there jumps earlier or
+    later by that.
     """
     deviation = result.error.forces.get(name)
     if deviation is None:

@@ -112,7 +112,7 @@ class BodyMotion(OverTime):
 
 
 def samples_text(time: FloatArray) -> str:
-    """Say up to when there are how many samples; `time` may be one instant."""
+    """End and number of samples in words; `time` may be one instant."""
     if not np.ndim(time):
         return f"at {time:.5g} s"
     until = f"to {time[-1]:.5g} s, " if len(time) else ""
@@ -128,12 +128,12 @@ def body_motion(result: Result, body: str) -> BodyMotion:
 
 
 def watched_point(scene: Scene) -> str:
-    """Name of the point a reader wants to see: 'body.point'.
+    """Name of the point of most interest: 'body.point'.
 
-    The one that the scene names; else the one that strikes in the first contact; else of the first
-    flexible body the end, or where that is held on the ground its start or a station; else a point
-    of the last body: its end, or the first that no joint holds, or the first that is not held on
-    the ground.
+    It is the point that the scene names; else the striking point of the first contact; else the end
+    of the first flexible body, or its start or a station if the end is held on the ground; else a
+    point of the last body: its end, or the first point without a joint, or the first point that is
+    not held on the ground.
     """
     if scene.outputs.watch is not None:
         return scene.outputs.watch
@@ -147,7 +147,7 @@ def watched_point(scene: Scene) -> str:
 
 
 def _grounded(scene: Scene) -> set[str]:
-    """Points that a joint holds at a place of the ground."""
+    """Points that a joint holds on the ground."""
     return {
         point
         for joint in scene.joints.values()
@@ -174,7 +174,7 @@ def _free_point(scene: Scene) -> str:
 
 
 def judged_points(scene: Scene) -> tuple[str, ...]:
-    """Names of the points by which errors are judged: the one that the scene names, or all.
+    """Names of the points whose errors count: the one that the scene names, or all.
 
     The watched one comes first.
     """
@@ -184,14 +184,14 @@ def judged_points(scene: Scene) -> tuple[str, ...]:
 
 
 def name_of(points: Sequence[str]) -> str:
-    """Points by which errors are judged in words: 'link.end', or 'all 9 named points'."""
+    """The points whose errors count, in words: 'link.end', or 'all 9 named points'."""
     if len(points) == 1:
         return points[0]
     return "both named points" if len(points) == 2 else f"all {len(points)} named points"
 
 
 def still_text(points: Sequence[str]) -> str:
-    """Say that these points, of which errors are told, do not move."""
+    """Message that the points whose errors count do not move."""
     return f"{name_of(points)} stand{'s' * (len(points) == 1)} still"
 
 
@@ -224,7 +224,7 @@ def point_names(scene: Scene) -> list[str]:
 
 def point_anchor(scene: Scene, mechanism: Mechanism, point: str) -> Anchor:
     """Find the point 'body.point' on its part."""
-    split_point(point)  # refuses what is no name of a point at all
+    split_point(point)  # refuses a text that is no name of a point
     if point not in mechanism.points:
         known = point_names(scene)
         hint = did_you_mean(point, known) or f"; there are: {', '.join(known)}"
@@ -240,9 +240,9 @@ def part_of_point(scene: Scene, mechanism: Mechanism, point: str) -> int:
 
 
 def crank_joint(scene: Scene) -> str | None:
-    """Name of the joint whose angle counts.
+    """Name of the crank joint.
 
-    That of ``run.of``, else the first driven revolute joint, else the first; None without one.
+    It is ``run.of``, else the first driven revolute joint, else the first one; None without any.
     """
     if scene.run.of is not None:
         return scene.run.of
@@ -258,9 +258,10 @@ def crank_joint(scene: Scene) -> str | None:
 
 
 def crank_column(scene: Scene) -> str | None:
-    """What files call the angle of that joint: of a crank, or by its own name; None without one.
+    """Name of the crank joint's angle in files; None without a joint.
 
-    A crank is driven, or its turns end the run.
+    It is 'crank_angle' if the joint is driven, or its turns end the run, else it has the joint's
+    name.
     """
     name = crank_joint(scene)
     driven = any(getattr(drive, "joint", None) == name for drive in scene.drives.values())
@@ -278,7 +279,7 @@ def crank_angle(result: Result) -> FloatArray:
 
 
 def turned_since_start(result: Result) -> FloatArray:
-    """How far the crank has turned since the first sample (N,), rad, without sign."""
+    """Angle (N,), rad, that the crank has turned since the first sample, without sign."""
     angle = crank_angle(result)
     return np.asarray(np.abs(angle - angle[0]))
 
@@ -304,7 +305,7 @@ def joint_turning(result: Result, name: str) -> tuple[FloatArray, FloatArray]:
 
 
 def turns(result: Result) -> bool:
-    """Whether the crank goes round: its turns are counted, its speed is set, or it made a turn."""
+    """Whether the crank rotates: its turns end the run, its speed is set, or it made a turn."""
     name = crank_joint(result.scene)
     if name is None:
         return False
@@ -314,7 +315,7 @@ def turns(result: Result) -> bool:
 
 
 def steady_speeds(scene: Scene) -> dict[str, float]:
-    """Speeds (rad/s) of the revolute joints that a drive turns at one speed, by name."""
+    """Speeds (rad/s) of the revolute joints that a drive turns at constant speed, by name."""
     return {
         drive.joint: drive.value
         for drive in scene.drives.values()
@@ -341,7 +342,7 @@ def lap_of(angle: FloatArray) -> IndexArray:
 
 
 def first_passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> FloatArray:
-    """First instants (s) at which an angle (N,) passes each of those wanted, in its own way."""
+    """First instants (s) at which an angle (N,) passes each wanted value, in its own direction."""
     way = np.sign(angle[-1] - angle[0]) or 1.0
     ahead = np.maximum.accumulate(way * angle)
     passes = []

@@ -105,13 +105,13 @@ def table_columns(scene: Scene) -> dict[str, str]:
 
 
 def unknown_signal(name: str, known: Iterable[str]) -> str:
-    """Say that no quantity has this name, and which there are."""
+    """Message that no quantity has this name, with the known names."""
     names = list(known)
     near = did_you_mean(name, names) or f"; there are: {listed(names)}"
     return f"the scene has no quantity '{name}'{near}"
 
 
-SEGMENT = 0.5  # of the record: the spectrum's segments, which overlap by half
+SEGMENT = 0.5  # of the record: length of the spectrum's segments, which overlap by half
 MOST_LINES = 3
 WEAK = 0.01  # of the strongest line's power: weaker ones are not named
 GRID = 8  # trial frequencies for each one over the length of the record: a peak is 4 / T wide
@@ -122,8 +122,8 @@ FEWEST = 32  # samples of a spectrum
 class Spectrum:
     """Power by frequency: `frequency` (K,) Hz, `power` (K,) unit^2/Hz, by Welch's method.
 
-    `lines` (Hz) are its highest peaks, strongest first, told to +- half of `resolution` (Hz). All
-    is empty where the record is too short, or still.
+    `lines` (Hz) are its highest peaks, strongest first, accurate to half of `resolution` (Hz). All
+    are empty if the record is too short, or constant.
     """
 
     frequency: FloatArray
@@ -174,8 +174,8 @@ def strongest_line(time: FloatArray, signal: FloatArray, lowest: float, highest:
 class Vibration:
     """Spectra (m^2/Hz) of `moved` (N, 2) m, the watched point's motion along x and y.
 
-    With `off_ideal` that is what the point is off from where a straight link on its guide's axis
-    would have it (see `perturbation`); where there is no such place, where it is.
+    With `off_ideal` it is the distance of the point from its place on a straight link on its
+    guide's axis (see `perturbation`); otherwise, without such a place, it is the point's place.
     """
 
     moved: FloatArray
@@ -216,7 +216,7 @@ def vibration(result: Result, after: float = 0.0) -> Vibration:
 def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | None:
     """Distance (N, 2) m of 'body.point', in x and y, from its ideal place at instants (N,) s.
 
-    That is on a straight link on the axis of its guide, see `on_axis`; None if there is none.
+    The ideal place is on a straight link on the axis of its guide, see `on_axis`; None without it.
     """
     ideal = on_axis(result, point)
     if ideal is None:
@@ -225,10 +225,10 @@ def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | N
 
 
 def on_axis(result: Result, point: str) -> FloatArray | None:
-    """Where the end of a link would be, (N, 2) m, if it lay straight on the axis of its guide.
+    """Place (N, 2), m, of a link's end if the link lay straight on the axis of its guide.
 
-    Its start is taken where it is along the guide; what it and the link are off the axis, and what
-    the link is bent, is what the place misses. None if the point is no end of a link in a guide.
+    The link's start keeps its place along the guide, without its distance from the axis. None if
+    the point is no end of a link in a guide.
     """
     body, inner = split_point(point)
     scene = result.scene

@@ -302,16 +302,16 @@ def _strike(
 ) -> Strike:
     first, ended = burst[0], not any(interval.lasts for interval in burst)
     bounced = any(interval.impact for interval in burst)
-    lap, at = None, None
+    lap, angle_then = None, None
     if angle is not None:
-        at = float(np.interp(first.begin, result.time, angle))
-        lap = int(lap_of(np.append(angle, at))[-1]) if goes_round else None
+        angle_then = float(np.interp(first.begin, result.time, angle))
+        lap = int(lap_of(np.append(angle, angle_then))[-1]) if goes_round else None
     return Strike(
         contact=contact,
         lap=lap,
         begin=first.begin,
         end=min(max(interval.end for interval in burst), float(result.time[-1])),
-        crank_angle=at,
+        crank_angle=angle_then,
         approach_speed=first.approach_speed,
         place=first.place,
         impulse=sum(interval.impulse for interval in burst) if ended else nan,

@@ -70,9 +70,8 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, split_point
 
 COLUMNS = 2  # at least, and in print at most
-LABELS = 0.75  # inches, of labels beside the panels
+AROUND = 0.75  # inches, of labels beside the panels; on a screen also above and below each
 BETWEEN = 0.15  # inches on a screen, of the gap beside a panel
-TITLE = 0.75  # inches on a screen, of what is above and below a panel
 TALLEST = 4.4  # inches, of a panel
 ZOOM_INSTANTS = 6  # that a zoom shows
 ZOOM_TIME = 3.0  # durations of a strike that it lasts: what is struck, and what strikes, vibrate
@@ -125,9 +124,9 @@ def mechanism(
     frames = dict[str, FloatArray]()
     if zoom is not None:
         _draw_zoom(panels[-1], sketch, result, zoom)
-        at = [what for _, what in shown].index(FIRST)
+        number = [what for _, what in shown].index(FIRST)
         corner, sides = sketch.unit[0] * zoom.low, sketch.unit[0] * (zoom.high - zoom.low)
-        panels[at].indicate_inset((*corner, *sides), edgecolor=BLACK, alpha=0.8)
+        panels[number].indicate_inset((*corner, *sides), edgecolor=BLACK, alpha=0.8)
         frames[FIRST] = zoom.frame
     _label(panels, columns, sketch.unit[1], zoomed=zoom is not None)
     letter(panels)
@@ -148,10 +147,10 @@ def _name_points(
     A name also keeps off a `frame` (corners, 2), m, that is drawn there.
     """
     factor, places = sketch.unit[0], sketch.letters(samples[-1])
-    lines = [drawn.line.at(sketch.poses[at]) for drawn in sketch.shown for at in samples]
+    lines = [drawn.line.at(sketch.poses[sample]) for drawn in sketch.shown for sample in samples]
     lines += [sketch.track] if frame is None else [sketch.track, frame]
     labels = Labels(axes, [factor * line for line in lines])
-    pivot = [np.array([at.x, at.y]) for at in pivots(sketch.model)]
+    pivot = [np.array([anchor.x, anchor.y]) for anchor in pivots(sketch.model)]
     labels.keep_free(factor * np.stack([*places.values(), *pivot]), sized(SYMBOL))
     near = TOGETHER * float(np.max(sketch.box[1] - sketch.box[0]))
     for first, names in together(places, near).items():
@@ -187,11 +186,11 @@ def _columns(sketch: Sketch, count: int, style: Style) -> tuple[int, float]:
     width, height = sketch.box[1] - sketch.box[0]
     ratio, best = float(height / width), (0.0, 0, 0.0)
     for columns in range(min(COLUMNS, count), (COLUMNS if style.narrow else count) + 1):
-        room = (style.width - LABELS) / columns / style.scale - BETWEEN
+        room = (style.width - AROUND) / columns / style.scale - BETWEEN
         tall = min(TALLEST, max(0.9, room * ratio))
         broad = min(room, tall / ratio)
-        filled = broad * tall * count / ceil(count / columns) / (tall + TITLE)
-        best = max(best, (filled, columns, tall + TITLE))
+        filled = broad * tall * count / ceil(count / columns) / (tall + AROUND)
+        best = max(best, (filled, columns, tall + AROUND))
     return best[1:]
 
 
@@ -251,7 +250,7 @@ def _draw_zoom(axes: Axes, sketch: Sketch, result: Result, zoom: _Zoom) -> None:
     sketch.draw_path(axes, slice(first, last + 1))
     sketch.mark_points(axes, last)
     sketch.window(axes, (zoom.low, zoom.high))
-    begin, end = (time_text(result, float(result.time[at])) for at in (first, last))
+    begin, end = (time_text(result, float(result.time[sample])) for sample in (first, last))
     axes.set_title(f"strike and vibration,\nt = {begin} to {end} s", loc="left")
 
 
@@ -267,9 +266,9 @@ def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
             chosen.append((peak, f"{response.body} farthest"))
     if turns(result):
         turned = turned_since_start(result)
-        at = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi
-        if turned[-1] >= at:
-            time = result.time[int(np.argmin(np.abs(turned - at)))]
+        angle = float(np.interp(strike.begin, result.time, turned)) + 2 * np.pi
+        if turned[-1] >= angle:
+            time = result.time[int(np.argmin(np.abs(turned - angle)))]
             chosen.append((float(time), "one turn later"))
     return sorted(chosen, key=lambda instant: instant[0])
 
@@ -448,7 +447,7 @@ class Labels:
         """Keep names off symbols `size` (points) wide at places (N, 2), in data coordinates."""
         half = size / 2 * self._pixels
         self._taken += [
-            Bbox([at - half, at + half]) for at in self._axes.transData.transform(places)
+            Bbox([spot - half, spot + half]) for spot in self._axes.transData.transform(places)
         ]
 
     def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
@@ -457,8 +456,11 @@ class Labels:
         That of a place outside the axes is left out.
         """
         x, y = (float(coordinate) for coordinate in place)
-        first, at = float(np.arctan2(towards[1], towards[0])), self._axes.transData.transform(place)
-        if not self._window.contains(*at):
+        first, spot = (
+            float(np.arctan2(towards[1], towards[0])),
+            self._axes.transData.transform(place),
+        )
+        if not self._window.contains(*spot):
             return
         shown = self._axes.annotate(
             shortened(text), (x, y), (0, 0), textcoords="offset points", ha="center", va="center",
@@ -472,7 +474,7 @@ class Labels:
             away = np.array([np.cos(angle), np.sin(angle)])
             # As far as the name's own size in that direction, and a little farther.
             middle = LABEL_DISTANCE * self._pixels * far * away + half * away
-            box = Bbox([at + middle - half, at + middle + half])
+            box = Bbox([spot + middle - half, spot + middle + half])
             cost = self._hidden(box) + OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
             lines.append((cost, middle, box))
         _, middle, box = min(lines, key=lambda line_of: line_of[0])
@@ -492,5 +494,5 @@ def spots_along(line: FloatArray, apart: float) -> FloatArray:
     """Spots (N, 2) along a line (points, 2), evenly no farther `apart` than that."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
-    at = np.linspace(0.0, way[-1], 2 + int(way[-1] / apart))
-    return np.stack([np.interp(at, way, across) for across in line.T], axis=1)
+    lengths = np.linspace(0.0, way[-1], 2 + int(way[-1] / apart))
+    return np.stack([np.interp(lengths, way, across) for across in line.T], axis=1)

@@ -267,8 +267,8 @@ def lap_look(
     """
     rank, label = last - number, f"{name}lap {number}"
     if last <= NESTED:
-        own = range(number, last + 1, cycle)
-        label = f"{name}laps {', '.join(map(str, own))}" if len(own) > 1 else label
+        same_curve = range(number, last + 1, cycle)
+        label = f"{name}laps {', '.join(map(str, same_curve))}" if len(same_curve) > 1 else label
         label = label if number <= cycle else ""
     else:
         rank = 1 + cycle - number if number <= cycle else 0
@@ -365,8 +365,8 @@ def _whole_run(
     for i, strike in enumerate(all_strikes):
         span, mark = ("in contact", "first contact") if i == 0 else (None, None)
         axes.axvspan(strike.begin, strike.end, color=ORANGE, alpha=0.6, linewidth=0, label=span)
-        at = float(np.interp(strike.begin, response.time, values))
-        axes.plot(strike.begin, at, "v", color=BLACK, markersize=sized(6), label=mark, zorder=5)
+        value = float(np.interp(strike.begin, response.time, values))
+        axes.plot(strike.begin, value, "v", color=BLACK, markersize=sized(6), label=mark, zorder=5)
     _mark_impacts(axes, result, response.body)
     axes.set_xlim(response.time[0], response.time[-1])
     axes.margins(y=0.2 / style.scale)  # room for the numbers of the peaks
@@ -414,9 +414,9 @@ def _annotate_peaks(
     tip_functions = _tip_of_angle(response)
     line = np.stack([response.time, scale * response.value], axis=1)
     low, high = axes.get_ylim()
-    marked = [at for strike in all_strikes for at in (strike.begin, strike.end)]
+    marked = [edge for strike in all_strikes for edge in (strike.begin, strike.end)]
     marked += [result.error.exceeds_from] if result.error.exceeds_from is not None else []
-    edges = [np.array([(at, low), (at, high)]) for at in marked]
+    edges = [np.array([(edge, low), (edge, high)]) for edge in marked]
     labels = Labels(axes, [line, *edges])
     for (value, time), away in ((response.least, -UP), (response.greatest, UP)):
         place = np.array([time, scale * value])

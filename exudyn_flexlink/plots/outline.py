@@ -216,10 +216,14 @@ def walled(model: Mechanism) -> list[Channel]:
 
 def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
     """Both walls of a guide, the upper first."""
-    at, body = channel.guide, model.parts[channel.guide.part].body
+    anchor, body = channel.guide, model.parts[channel.guide.part].body
     return [
-        through(body, Anchor(at.part, at.x, y), Anchor(at.part, at.x + channel.length, y))
-        for y in (at.y + channel.clearance, at.y - channel.clearance)
+        through(
+            body,
+            Anchor(anchor.part, anchor.x, y),
+            Anchor(anchor.part, anchor.x + channel.length, y),
+        )
+        for y in (anchor.y + channel.clearance, anchor.y - channel.clearance)
     ]
 
 
@@ -418,7 +422,7 @@ class Sketch:
         """Lower left and upper right corner (2,) m of all that is drawn, with a margin."""
         some = self.poses[:: max(1, len(self.poses) // 200)]
         points = [drawn.line.at(some) for drawn in self.shown]
-        points += [np.array([at.x, at.y]) for at in pivots(self.model)]
+        points += [np.array([anchor.x, anchor.y]) for anchor in pivots(self.model)]
         return box_around([self.track, *points])
 
     @cached_property
@@ -453,8 +457,8 @@ class Sketch:
         factor, q = self.unit[0], self.poses[index]
         for path in self.shown:
             axes.plot(*(factor * path.line.at(q)).T, **_look(self.scene, path), alpha=alpha)
-        for at in pivots(self.model):
-            axes.plot(factor * at.x, factor * at.y, "^", color=BLACK, mfc="white",
+        for anchor in pivots(self.model):
+            axes.plot(factor * anchor.x, factor * anchor.y, "^", color=BLACK, mfc="white",
                       markersize=sized(7), zorder=5)  # fmt: skip
 
     def body_legend(self, letters: Mapping[str, str] | None = None) -> list[Line2D]:
@@ -483,7 +487,9 @@ class Sketch:
     def letters(self, index: int) -> dict[str, FloatArray]:
         """Places (2,) m of the points that the paper names, by their letters, at a sample."""
         anchors = named_points(self.scene, self.model)
-        return {name: anchor_position(at, self.poses[index]) for name, at in anchors.items()}
+        return {
+            name: anchor_position(anchor, self.poses[index]) for name, anchor in anchors.items()
+        }
 
     def mark_points(self, axes: Axes, index: int) -> None:
         """Mark S, O and P at a sample; S is drawn last."""

@@ -402,8 +402,8 @@ def labelled_run(result: Result, all_axes: Sequence[Axes], label: str | None) ->
             _name(new, curves, label)
         if doubts := doubts_of(result):
             text = ": ".join(filter(None, (label, doubts)))
-            at = axes.transAxes
-            axes.text(0.01, 0.02, text, color=FAILED, fontsize="small", transform=at)
+            in_axes = axes.transAxes
+            axes.text(0.01, 0.02, text, color=FAILED, fontsize="small", transform=in_axes)
         handles = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
         if handles:
             axes.legend(handles.values(), handles.keys())

@@ -303,8 +303,8 @@ def _section(axes: Axes, study: Stability) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(3))
     axes.set_xlabel(f"x of {section.point} (mm)")
     axes.set_ylabel("y (mm)")
-    at = f"at {np.degrees(section.phase):.4g} deg" if section.by_crank else "by time"
-    axes.set_title(f"{len(order)} laps {at}; later ones darker", loc="left")
+    section_text = f"at {np.degrees(section.phase):.4g} deg" if section.by_crank else "by time"
+    axes.set_title(f"{len(order)} laps {section_text}; later ones darker", loc="left")
 
 
 def _spectrum(axes: Axes, study: Stability) -> None:

@@ -121,7 +121,7 @@ def _joints(scene: Scene, mechanism: Mechanism) -> list[str]:
 def _geared(scene: Scene, gear: Gear) -> str:
     """What a gear ties, and its pitch circles as far as they are known."""
     spec = scene.joints[gear.name]
-    assert isinstance(spec, GearJoint | BeltJoint)  # of which gears are made
+    assert isinstance(spec, GearJoint | BeltJoint)  # only these make gears
     arm, meshes = meshes_of(scene.joints, spec)
     bodies = [mesh.body for mesh in meshes]
     known = [f"{number(radius)} m" for radius in gear.radii if radius is not None]
@@ -143,7 +143,7 @@ def _joined(joint: Joint) -> str:
         return f"{joint.point} on {joint.curve}{play}{pin}{idle}"
     if isinstance(joint, SleeveJoint):
         return f"{joint.link} in {joint.guide}, {_fit(joint)}"
-    assert isinstance(joint, PointsJoint)  # gears are told apart
+    assert isinstance(joint, PointsJoint)  # gears have texts of their own: see `_geared`
     along = ""
     if isinstance(joint, PrismaticJoint):
         x, y = joint.axis
@@ -151,12 +151,12 @@ def _joined(joint: Joint) -> str:
     clearance = joint.clearance if isinstance(joint, RevoluteJoint) else 0.0
     play = f", clearance {number(clearance)} m" if clearance > 0 else ""
     idle = IDLE if isinstance(joint, RevoluteJoint) and joint.law and not joint.acting else ""
-    about = f"{along}{play}{idle}{_rubs(joint)}"
+    about = f"{along}{play}{idle}{_freewheel_and_friction(joint)}"
     return f"{joint.points[0]} and {joint.points[1]}{_placed(joint.at)}{about}"
 
 
-def _rubs(joint: Joint) -> str:
-    """The one way in which a joint turns, and by what dry friction brakes it."""
+def _freewheel_and_friction(joint: Joint) -> str:
+    """The direction in which a freewheel lets a joint turn, and its dry friction."""
     friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
     one_way = joint.freewheel if isinstance(joint, RevoluteJoint) else None
     free = f", freewheel {one_way}" if one_way else ""
@@ -227,15 +227,19 @@ def _where(spring: Spring) -> str:
     if isinstance(spring, TorsionalSpring):
         return f"at {spring.joint}"
     if isinstance(spring, specs.RopeSpring):
-        places = (e if isinstance(e, str) else _placed(e)[4:] for e in spring.over)
+        places = (place if isinstance(place, str) else _place(place) for place in spring.over)
         return f"over {', '.join(places)}"
     if spring.points is None:
         return f"along {spring.joint}"
     return f"between {spring.points[0]} and {spring.points[1]}{_placed(spring.at)}"
 
 
-def _placed(at: tuple[float, float] | None) -> str:
-    return "" if at is None else f" at ({number(at[0])}, {number(at[1])}) m"
+def _placed(place: tuple[float, float] | None) -> str:
+    return "" if place is None else f" at {_place(place)}"
+
+
+def _place(place: tuple[float, float]) -> str:
+    return f"({number(place[0])}, {number(place[1])}) m"
 
 
 def _spring_numbers(
@@ -244,7 +248,7 @@ def _spring_numbers(
     force, change = ("N m", "rad") if isinstance(spring, RotarySpring) else ("N", "m")
     rest = "no spring"
     if isinstance(spring, specs.LinearSpring | specs.RopeSpring):
-        rest = "a table"  # of what has no stiffness and acts on one side
+        rest = "a table"  # a spring of one side without stiffness has a table
     elif spring.law is not None:
         law = spring.law.applied
         rest = str(law.expression) if isinstance(law, Formula) else "a table"
@@ -291,13 +295,13 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
             rows.append([name, what, *law_cells(joint.acting, forces[name])])
     for groove in mechanism.grooves:
         slot = scene.joints[groove.name]
-        assert isinstance(slot, SlotJoint)  # which grooves are made of
+        assert isinstance(slot, SlotJoint)  # only these make grooves
         assert slot.acting is not None
         what = f"pin at {slot.point} between the walls along {slot.curve}"
         rows.append([groove.name, what, *law_cells(slot.acting, groove.law)])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
-        assert isinstance(sleeve, SleeveJoint)  # which channels are made of
+        assert isinstance(sleeve, SleeveJoint)  # only these make channels
         assert sleeve.acting is not None
         count = len(channel.contacts)
         if sleeve.supported:

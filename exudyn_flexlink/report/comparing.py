@@ -74,9 +74,9 @@ def excess_text(comparison: Comparison, tolerance: float) -> str:
     judged = comparison.judged
     if not len(judged.time):
         return "nothing can be compared instant by instant: the horizon is at the start"
-    at = judged.largest_at
+    time = judged.largest_at
     return (
-        f"{comparison.farthest(at)} deviates by {judged.largest:.3g} m at t = {at:.5g} s, "
+        f"{comparison.farthest(time)} deviates by {judged.largest:.3g} m at t = {time:.5g} s, "
         f"more than the {tolerance:.3g} m allowed"
     )
 
@@ -97,9 +97,9 @@ def _deviations(comparison: Comparison) -> list[str]:
     for when, part in parts.items():
         cells = ["no samples", "", "", ""]
         if len(part.time):
-            at = part.largest_at
+            instant = part.largest_at
             size, rms = f"{part.largest:.3g} m", f"{part.rms:.3g} m"
-            cells = [size, comparison.farthest(at), f"{at:.5f} s", rms]
+            cells = [size, comparison.farthest(instant), f"{instant:.5f} s", rms]
         rows.append([when, *cells])
     what = name_of(comparison.judged_by)
     farthest = ", of the one that is farthest" if len(comparison.judged_by) > 1 else ""

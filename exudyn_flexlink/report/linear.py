@@ -19,7 +19,7 @@ from exudyn_flexlink.source import MOST_LISTED, listed
 
 
 def linear_text(model: LinearModel) -> str:
-    """Return all of it, for people: modes, coordinates, errors."""
+    """Return a text of linear equations: modes, coordinates, contacts, errors."""
     about = "its rest" if model.time is None else f"t = {model.time:.6g} s"
     shown = list(enumerate(model.modes[:MOST_LISTED], start=1))
     modes = [[str(k), motion_text(mode.eigenvalue), _most_moved(mode)] for k, mode in shown]
@@ -59,8 +59,8 @@ def sensitivity_text(rows: Sequence[Sensitivity]) -> str:
     """Return a table for each quantity, by how it changes for 1 % of each parameter."""
     tables = []
     for quantity in dict.fromkeys(row.quantity for row in rows):
-        of = [row for row in rows if row.quantity == quantity]
-        of.sort(key=lambda row: -float(f"{abs(row.relative):.3g}"))  # those alike stay in order
+        changes = [row for row in rows if row.quantity == quantity]
+        changes.sort(key=lambda row: -float(f"{abs(row.relative):.3g}"))  # equal ones stay in order
         cells = [
             [
                 row.parameter,
@@ -69,8 +69,8 @@ def sensitivity_text(rows: Sequence[Sensitivity]) -> str:
                 row.unit,
                 f"{row.relative:.3g} %",
             ]
-            for row in of
+            for row in changes
         ]
         head = ["", "derivative", "", "", "for 1 %"]
-        tables.append(lines_of(Table(f"{quantity}, {of[0].value:.6g}", cells, head)))
+        tables.append(lines_of(Table(f"{quantity}, {changes[0].value:.6g}", cells, head)))
     return in_blocks(tables)

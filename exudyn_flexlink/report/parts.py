@@ -215,7 +215,7 @@ def _held_by(joint: str, mechanism: Mechanism) -> Anchor | None:
     if len(ends) != 2 or len(held) != 1:
         return None
     welded, inner = welded_to(held[0].part, mechanism.welds), {w.name for w in mechanism.welds}
-    joints = {name for name, at in _anchors(mechanism) if at.part in welded} - inner
+    joints = {name for name, other in _anchors(mechanism) if other.part in welded} - inner
     return held[0] if joints == {joint} and GROUND not in welded else None
 
 
@@ -408,7 +408,7 @@ def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
 
 def _angles(angles: dict[str, float], speeds: Mapping[str, float]) -> str:
     texts = {body: f"{body} {_rounded(degrees(_wrapped(a)))} deg" for body, a in angles.items()}
-    return listed([at + _moving(speeds.get(body, 0.0), "rad/s") for body, at in texts.items()])
+    return listed([text + _moving(speeds.get(body, 0.0), "rad/s") for body, text in texts.items()])
 
 
 def _places(assembly: Assembly) -> str:
@@ -416,7 +416,7 @@ def _places(assembly: Assembly) -> str:
     slides, q, v = assembly.mechanism.slides, assembly.state.q, assembly.state.v
     texts = [f"along {s.name} {_rounded(float(length_along(s, q)))} m" for s in slides]
     speeds = [float(speed_along(s, q, v)) for s in slides]
-    return listed([at + _moving(speed, "m/s") for at, speed in zip(texts, speeds, strict=True)])
+    return listed([text + _moving(speed, "m/s") for text, speed in zip(texts, speeds, strict=True)])
 
 
 def _moving(speed: float, unit: str) -> str:

@@ -403,13 +403,13 @@ def stability_text(study: Stability) -> str:
     section, limit = study.section, f"{study.limit:.2g} m"
     places, count = section.distinct(study.limit), len(section.time)
     of_lap, of_turn = f"{section.phase:.3g} of a lap", f"crank angle {section.phase:.4g} rad"
-    at = f"at {of_turn if section.by_crank else of_lap}"
+    section_text = f"at {of_turn if section.by_crank else of_lap}"
     rows = [
         ["largest Lyapunov exponent", f"{exponent_text(exponent)} (95 %): {WORDS[exponent.sign]}"],
         ["does the tolerance matter?", _tolerance_text(study)],
         ["known instant by instant", _horizon_text(study)],
         *_laps(study),
-        [f"places {at}", f"{places} in {count} laps; nearer than {limit} count as one"],
+        [f"places {section_text}", f"{places} in {count} laps; nearer than {limit} count as one"],
         *_lines(study.vibration),
     ]
     return "\n".join([first, "", *table(rows)])

@@ -1,6 +1,7 @@
 """What the parts of a scene share: frozen models, read-only mappings, unions by `type`, names.
 
-Each key's field declares what the key refers to, and its class which keys exclude each other.
+The field of a key declares what the key refers to. The class declares which keys exclude each
+other.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from exudyn_flexlink.quantities import (
     UnknownUnitError,
     find_unit,
 )
-from exudyn_flexlink.scene.forces import OF_DRIVES, OF_SPRINGS
+from exudyn_flexlink.scene.forces import DRIVE_DIMENSIONS, SPRING_COLUMNS
 from exudyn_flexlink.source import Document, KeyPath, Mistake
 
 Columns = Mapping[str, Sequence[Dimension]]
@@ -320,8 +320,8 @@ def read_point_files(document: Document, allow_outside: bool = False) -> PointFi
         file, spline = value.get("file"), value.get("type") == "spline"
         table = path[0] == "drives" and "value" in path
         columns = _columns_of_table(document, path) if table else PLACES
-        if path[0] == "springs" and path[-1] in OF_SPRINGS:
-            table, columns = True, OF_SPRINGS[str(path[-1])]
+        if path[0] == "springs" and path[-1] in SPRING_COLUMNS:
+            table, columns = True, SPRING_COLUMNS[str(path[-1])]
         if (spline or table) and isinstance(file, str) and not value.get("points"):
             try:
                 located = _located(document, file, allow_outside)
@@ -358,7 +358,7 @@ def _located(document: Document, file: str, allow_outside: bool) -> Path:
 def _columns_of_table(document: Document, path: KeyPath) -> Columns:
     """Return the columns of a drive's table; its value may have several dimensions."""
     drive = _part(document.data["drives"], path[1])
-    dimensions = OF_DRIVES.get(str(drive.get("type")), ())
+    dimensions = DRIVE_DIMENSIONS.get(str(drive.get("type")), ())
     joint = _part(document.data.get("joints"), drive.get("joint")).get("type")
     if len(dimensions) > 1 and joint is not None:
         dimensions = dimensions[:1] if joint == "revolute" else dimensions[1:]

@@ -192,18 +192,18 @@ def refuse_misfit(law: PenaltyLaw | ImpulseLaw, radii: tuple[float, float] | Non
         return
     if radii is not None and law.radii is not None:
         refuse("the circles give the radii", "leave these out", at=("law", "radii"))
-    both_radii, at = (radii, ("law",)) if radii else (law.radii, ("law", "radii"))
+    both_radii, key = (radii, ("law",)) if radii else (law.radii, ("law", "radii"))
     if both_radii is None:
         refuse("missing 'radii' of both bodies where they touch", "e.g. [10 mm, -12 mm]", at="law")
     lines = law.formula in ("johnson", "radzimovsky")
     if len(both_radii) == 1 and lines:
-        refuse(f"'{law.formula}' needs two radii: on a flat its depth has no bound", at=at)
+        refuse(f"'{law.formula}' needs two radii: on a flat its depth has no bound", at=key)
     if 0 in both_radii or not 0 < sum(1 / radius for radius in both_radii) < math.inf:
         hint = "that of a hollow is negative, and the larger one"
-        refuse("bodies of these radii do not touch at one place", hint, at=at)
+        refuse("bodies of these radii do not touch at one place", hint, at=key)
     if law.formula == "lankarani_nikravesh" and min(both_radii) > 0:
         hint = "'formula: sphere', with the same exponent"
-        refuse("'lankarani_nikravesh' is for a pin in a bore: nothing is hollow", hint, at=at)
+        refuse("'lankarani_nikravesh' is for a pin in a bore: nothing is hollow", hint, at=key)
 
 
 Line = Annotated[tuple[MovingPointName, MovingPointName], listed("body.point", "body.point")]
@@ -312,9 +312,9 @@ class CircleOnCircle(Part):
         if first.inside and second.inside:
             refuse("each circle can't be inside the other", "leave one 'inside' out", at="circles")
         if second.inside and not first.radius < second.radius:
-            hint, at = f"a radius below {second.radius:g} m", self.circles.index(first)
+            hint, number = f"a radius below {second.radius:g} m", self.circles.index(first)
             message = "the circle inside must be the smaller one"
-            refuse(message, hint, at=("circles", at, "radius"))
+            refuse(message, hint, at=("circles", number, "radius"))
         refuse_misfit(self.law, self.radii)
         return self
 
@@ -387,7 +387,7 @@ Contact = Annotated[PointOnLine | CircleOnCircle | PointOnCurve | LineOnCurve, B
 
 
 class _StopPenalty(Part):
-    """What gives way at a stop: with a restitution, or as a spring with a damper."""
+    """A stop that gives way: by a stiffness with a restitution, or as a spring with a damper."""
 
     one_of = (("restitution", "damping"),)
     belonging: ClassVar[Mapping[str, tuple[str, ...]]] = {"restitution": ("transition_speed",)}
@@ -422,7 +422,7 @@ class TurnPenalty(_StopPenalty):
 
 
 class FlankPenalty(_StopPenalty):
-    """Teeth that give way; as of a hinge, or of a slide if the second joint is one."""
+    """Teeth that give way, by an angle, or by a length if the second joint is a slide."""
 
     stiffness: Annotated[float, si.OfGear(Dimension.TORSIONAL_STIFFNESS, above=0.0)] = Field(
         description="torque per angle of the second joint, or force per length"
@@ -439,12 +439,12 @@ FlankLaw = Annotated[FlankPenalty | ImpulseLaw, ByType(default="penalty")]
 
 
 class _Limits(Part):
-    """Where a joint is stopped; it needs one of both ends at least."""
+    """Stops of a joint at one end or at both ends."""
 
     @field_validator("to", check_fields=False)
     @classmethod
     def _above_from(cls, to: float | None, info: ValidationInfo) -> float | None:
-        """Beside mistakes of the law, too, as no check of the whole part would be."""
+        """Compare both ends, even if the law has mistakes, when no check of the part would run."""
         low = info.data.get("from_")
         if low is not None and to is not None and low >= to:
             refuse("must be greater than 'from'")
@@ -496,15 +496,15 @@ StopLaw = SlidePenalty | TurnPenalty | DampedLaw | HertzLaw | ImpulseLaw
 
 
 TURNED = {"N": "N m", "N s": "N m s", "m": "rad", "m/s": "rad/s"}
-"""Units of a hinge's stop, by those of other contacts."""
+"""Units of a stop of a hinge, by the unit that other contacts have."""
 
 
 @dataclass(frozen=True)
 class Stop:
-    """One end of a joint's limits: a contact like those of the scene, with its own name.
+    """One end of a joint's limits: a contact like those of the scene, with a name of its own.
 
-    `at` is the joint's angle (rad) or length (m) there, and `end` the key, 'from' or 'to'.
-    `striking` is the point of the joint at which reports and figures show it.
+    `at` is the joint's angle (rad) or length (m) at the stop, and `end` the key, 'from' or 'to'.
+    `striking` is the point of the joint at which reports and figures show the stop.
     """
 
     joint: str
@@ -519,17 +519,17 @@ class Stop:
 
     @property
     def path(self) -> tuple[str, ...]:
-        """Path of its key in the scene."""
+        """Path of the stop's key in the scene."""
         return "joints", self.joint, "limits", self.end
 
     @property
     def law_path(self) -> tuple[str, ...]:
-        """Path of its law in the scene."""
+        """Path of the stop's law in the scene."""
         return "joints", self.joint, "limits", "law"
 
-    def text(self, at: float) -> str:
+    def text(self, value: float) -> str:
         """Angle (rad) or length (m) of the joint as a text, with its unit."""
-        return f"{degrees(at):.6g} deg" if self.turns else f"{at:.6g} m"
+        return f"{degrees(value):.6g} deg" if self.turns else f"{value:.6g} m"
 
     def __str__(self) -> str:
         """Say what is stopped where, in the words of a report."""
@@ -537,13 +537,13 @@ class Stop:
 
 
 class Flank(Stop):
-    """One side of a gear's play: `at` is how far the second joint goes from the middle of that."""
+    """One side of a gear's play: `at` is how far the second joint goes from the play's middle."""
 
     noun = "backlash"
 
     @property
     def path(self) -> tuple[str, ...]:
-        """Path of the key of the play."""
+        """Path of the key 'backlash'."""
         return "joints", self.joint, "backlash"
 
     @property
@@ -558,7 +558,7 @@ class Flank(Stop):
 
 @dataclass(frozen=True)
 class Rope:
-    """A rope or a buffer as a contact; `striking` is a point that it acts on, 'body.point'."""
+    """A rope or a buffer as a contact; `striking` is a point on which it acts, 'body.point'."""
 
     law: LinearSpring | RopeSpring
     striking: str
@@ -572,10 +572,10 @@ def moving(points: Sequence[str]) -> str:
 
 def stops_of(joint: str, limits: Limits, points: tuple[str, str]) -> Iterator[tuple[str, Stop]]:
     """Yield the stops of a joint between these points, with their names."""
-    for end, at in (("from", limits.from_), ("to", limits.to)):
-        if at is not None:
+    for end, bound in (("from", limits.from_), ("to", limits.to)):
+        if bound is not None:
             turns = isinstance(limits, TurnLimits)
-            yield f"{joint}.{end}", Stop(joint, end, at, limits.law, turns, moving(points))
+            yield f"{joint}.{end}", Stop(joint, end, bound, limits.law, turns, moving(points))
 
 
 _PENALTIES: dict[bool, type[SlidePenalty | TurnPenalty]] = {False: SlidePenalty, True: TurnPenalty}

@@ -57,7 +57,7 @@ from exudyn_flexlink.scene.base import (
 
 
 class _Rows(Part):
-    """A table of rows that increase; those of a file are not there yet."""
+    """A table of rows that increase; rows of a file are read later."""
 
     increasing: ClassVar[str] = "must increase from row to row"
 
@@ -140,17 +140,17 @@ class TorqueTable(_SpringTable):
 Value: TypeAlias = float | Expression | Table
 ForceLaw: TypeAlias = Expression | ForceTable
 TorqueLaw: TypeAlias = Expression | TorqueTable
-OF_SPRINGS = {"force": ForceTable.columns, "torque": TorqueTable.columns}
-"""Columns of tables of springs, by the key at which they stand."""
+SPRING_COLUMNS = {"force": ForceTable.columns, "torque": TorqueTable.columns}
+"""Columns of tables of springs, by the key that has the table."""
 
 
-OF_DRIVES = {
+DRIVE_DIMENSIONS = {
     "speed": (Dimension.ANGULAR_SPEED, Dimension.SPEED),
     "motion": (Dimension.ANGLE, Dimension.LENGTH),
     "torque": (Dimension.TORQUE,),
     "force": (Dimension.FORCE,),
 }
-"""What drives give, by their type; of two at a revolute joint, and at any other."""
+"""Dimensions of a drive's value by its type; if two, at a revolute joint and at other joints."""
 
 
 class _OrTable(ABC):
@@ -253,8 +253,8 @@ class TableOrFormula(_OrTable):
 
     def __init__(self, variable: str, table: type[_SpringTable], dimension: Dimension) -> None:
         self._words, self._dimension = (variable, RATE), dimension
-        self._of = f"'{variable}' and '{RATE}'"
-        super().__init__(table, f"a table, or a formula of {self._of}")
+        self._variables = f"'{variable}' and '{RATE}'"
+        super().__init__(table, f"a table, or a formula of {self._variables}")
 
     def read(self, value: object) -> Expression:
         """Read a formula; raise pydantic's error if it is none."""
@@ -264,13 +264,13 @@ class TableOrFormula(_OrTable):
             si.to_si(value, self._dimension)  # which refuses what is not finite
             value = repr(value)
         if not isinstance(value, str):
-            refuse(f"expected a table or a formula of {self._of}, got {si.in_words(value)}")
+            refuse(f"expected a table or a formula of {self._variables}, got {si.in_words(value)}")
         formula, _ = _parsed(value, [self._dimension], self._words)
         if any(sense.of for sense in formula.sensed) or any(
             x.text == "t" for x in tokens_of(value)
         ):
             hint = "a drive of type force or torque may be of time and state"
-            refuse(f"'{value}': may be of {self._of} alone", hint)
+            refuse(f"'{value}': may be of {self._variables} alone", hint)
         return formula
 
 
@@ -283,7 +283,7 @@ def _is_meant_as_expression(text: str) -> bool:
 
 
 def _as_vector(value: Any) -> Any:
-    """Let a value point down, along -y."""
+    """Read a single value as a vector that points down, along -y."""
     return value if isinstance(value, (list, tuple, Mapping)) else (0.0, -float(_DOWN.read(value)))
 
 
@@ -323,7 +323,7 @@ class TorsionalSpring(Part):
         None, description="part of critical damping; or 'damping'"
     )
     rest_angle: si.Angle | None = Field(
-        None, description="angle of the joint without torque; left out: as assembled"
+        None, description="angle of the joint at which it has no torque; left out: as assembled"
     )
 
     @model_validator(mode="after")
@@ -376,9 +376,9 @@ class LinearSpring(Part):
     )
     length: si.Coordinate | None = Field(
         None,
-        description="without force; along a joint how far its second point is from its first, with "
-        "a sign; left out: as assembled. One of length 0 between points draws them together, its "
-        "damper in every direction too",
+        description="length without force; along a joint that from its first point to its second, "
+        "with a sign; left out: as assembled. With length 0 between points it pulls them together, "
+        "and its damper acts in every direction",
     )
 
     @model_validator(mode="after")
@@ -403,7 +403,7 @@ class LinearSpring(Part):
     def _fits(self, table: ForceTable, length: float) -> None:
         """Refuse a table that does not begin at the length, or goes on to the wrong side."""
         rope = self.acts == "tension"
-        if table.points is None:  # its file has a mistake
+        if table.points is None:  # its file could not be read, which is reported elsewhere
             return
         edge = table.points[0 if rope else -1][0]
         if edge != length:
@@ -446,7 +446,7 @@ class RopeSpring(Part):
     It pulls only where it is longer than its length, as does its damper.
     """
 
-    # What other springs have, and a rope over points has not.
+    # Keys of other springs, which a rope over points does not have.
     joint: ClassVar[None] = None
     points: ClassVar[None] = None
     force: ClassVar[None] = None
@@ -463,8 +463,8 @@ class RopeSpring(Part):
     damping: si.NonNegativeDamping = Field(0.0, description="tension per rate of that stretch")
     length: Annotated[float | Expression, Varying(Dimension.LENGTH)] | None = Field(
         None,
-        description="without tension: a number, or a formula of time, as of a winch; left out: as "
-        "assembled",
+        description="length without tension: a number, or a formula of time, as of a winch; left "
+        "out: as assembled",
     )
 
     @model_validator(mode="after")
@@ -493,15 +493,15 @@ class _Ramped(Part):
         return self
 
 
-OF_A_DRIVE = "name of a revolute or prismatic joint, or of a sleeve without clearance"
+DRIVEN_JOINT = "name of a revolute or prismatic joint, or of a sleeve without clearance"
 
 
 class SpeedDrive(_Ramped):
     """Prescribes the speed at which a joint turns or slides: its second body against its first."""
 
     type: Literal["speed"] = "speed"
-    joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
-    value: Annotated[Value, Varying(*OF_DRIVES["speed"])] = Field(
+    joint: Annotated[Name, DRIVEN] = Field(description=DRIVEN_JOINT)
+    value: Annotated[Value, Varying(*DRIVE_DIMENSIONS["speed"])] = Field(
         description="counter-clockwise speed of the second body, or its speed along the line; of "
         "time alone"
     )
@@ -519,8 +519,8 @@ class MotionDrive(Part):
     """Prescribes the angle of a joint, or its length: its second body against its first."""
 
     type: Literal["motion"] = "motion"
-    joint: Annotated[Name, DRIVEN] = Field(description=OF_A_DRIVE)
-    value: Annotated[Value, Varying(*OF_DRIVES["motion"])] = Field(
+    joint: Annotated[Name, DRIVEN] = Field(description=DRIVEN_JOINT)
+    value: Annotated[Value, Varying(*DRIVE_DIMENSIONS["motion"])] = Field(
         description="angle of the second body, counter-clockwise, or how far its point is along "
         "the line from the first; of time alone"
     )
@@ -540,13 +540,13 @@ class TorqueDrive(_Ramped):
     joint: Annotated[
         Name, replace(REVOLUTE, to_slides="along it pushes a drive of type force, at a point")
     ] = Field(description="name of a revolute joint")
-    value: Annotated[Value, Varying(*OF_DRIVES["torque"])] = Field(
+    value: Annotated[Value, Varying(*DRIVE_DIMENSIONS["torque"])] = Field(
         description="counter-clockwise torque on the second body; of time and state"
     )
     ramp: si.NonNegativeDuration = Field(0.0, description="time from zero to the full torque")
 
 
-ForceValue = Annotated[Value, Varying(*OF_DRIVES["force"])]
+ForceValue = Annotated[Value, Varying(*DRIVE_DIMENSIONS["force"])]
 
 
 class ForceDrive(Part):

@@ -173,7 +173,7 @@ def arms_of(joints: Joints, gear: Gear) -> list[str]:
 
 def concentric(joints: Joints, name: str) -> list[str]:
     """Name of a joint, and of hinges without clearance at the same place as a hinge."""
-    at = _places(joints[name])
+    places = _places(joints[name])
     return [
         name,
         *(
@@ -181,7 +181,7 @@ def concentric(joints: Joints, name: str) -> list[str]:
             for other, joint_spec in joints.items()
             if other != name
             and joint_spec is not None
-            and at & _places(joint_spec)
+            and places & _places(joint_spec)
             and joint_spec.clearance == 0
         ),
     ]
@@ -319,8 +319,8 @@ class RevoluteJoint(PointsJoint):
     )
     freewheel: Literal["forward", "backward"] | None = Field(
         None,
-        description="the one way in which the second body may turn relative to the first, forward: "
-        "counter-clockwise; locked against the other; not with clearance",
+        description="direction in which the second body may turn relative to the first; forward: "
+        "counter-clockwise; the other direction is locked; not with clearance",
     )
 
     @property

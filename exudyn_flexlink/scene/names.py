@@ -30,7 +30,7 @@ from exudyn_flexlink.scene.base import (
 from exudyn_flexlink.scene.bodies import CurveSpec, FlexibleBody, JoinedSpec, LapsSpec, RigidBody
 from exudyn_flexlink.scene.contacts import CircleOnCircle, HertzLaw, LineOnCurve, PointOnCurve
 from exudyn_flexlink.scene.forces import (
-    OF_DRIVES,
+    DRIVE_DIMENSIONS,
     ForceDrive,
     LinearSpring,
     RopeSpring,
@@ -251,11 +251,14 @@ def _in_wrong_units(path: KeyPath, gear: Gear, kind: str) -> Iterator[Mistake]:
     """Refuse angles of a rack's play, and lengths of a wheel's: those of the second joint count."""
     law = gear.law if isinstance(gear, GearJoint) else None
     law_path, turns = (*path, "law"), kind == "revolute"
-    for at, key, value in (*((path, *item) for item in gear), *((law_path, *x) for x in law or ())):
+    for path_of_value, key, value in (
+        *((path, *item) for item in gear),
+        *((law_path, *x) for x in law or ()),
+    ):
         if isinstance(value, Measured) and (value.dimension in OF_RACK) != turns:
             wanted = (OF_RACK | {slid: turned for turned, slid in OF_RACK.items()})[value.dimension]
             message = f"expected {wanted.words}, since '{gear.joints[1]}' is of type {kind}"
-            yield Mistake((*at, key), message, wanted.hint)
+            yield Mistake((*path_of_value, key), message, wanted.hint)
 
 
 def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:
@@ -572,7 +575,7 @@ def _drives(parts: Parts) -> Iterator[Mistake]:
             continue
         joint = parts.get("joints", drive.joint)
         if joint is not None and joint.type in ("revolute", "prismatic", "sleeve"):
-            wanted = OF_DRIVES[drive.type][joint.type != "revolute"]
+            wanted = DRIVE_DIMENSIONS[drive.type][joint.type != "revolute"]
             given = _powers(drive.value)
             if given is not None and given != wanted.powers._replace(rad=0):
                 message = f"expected {wanted.words}, since '{drive.joint}' is of type {joint.type}"

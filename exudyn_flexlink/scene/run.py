@@ -70,19 +70,19 @@ class Initial(Part):
         "[x, y] of bodies: of a rod's start, of a rigid body's own origin"
     )
     states: OfBodies[tuple[PartState, ...]] = by_name(
-        "state of another run from which this one goes on, of every body: [x, y, "
-        "angle, and the rates of these] of its part, or of each of its rods; in place of all above"
+        "state from which a run goes on, for every body: [x, y, angle, and the rates of these] of "
+        "its part, or of each of its rods; in place of all keys above"
     )
     laps: Annotated[Named[Annotated[int, Strict()]], Refers("joints")] = by_name(
-        "of slots on curves with laps: the lap in which the point is; left out: 1; "
+        "for slots on curves with laps: the lap in which the point is; left out: 1; "
         "laps backwards from the start of lap 1 are -1, -2, .."
     )
     pressing: Named[tuple[PressedPair, ...]] = by_name(
-        "what presses as another run is gone on from: contacts, stops, joints with walls; of each "
-        "pair its number, and the speed at which it touched"
+        "pairs that press as a run goes on from another one, by contact, stop or joint with walls: "
+        "the number of each pair, and the speed at which it touched"
     )
     clock: si.NonNegativeDuration = Field(
-        0.0, description="what t is for drives as the run begins: a run that goes on has begun then"
+        0.0, description="time t of drives as the run begins: more than 0 in a run that goes on"
     )
 
     @model_validator(mode="after")

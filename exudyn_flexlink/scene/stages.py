@@ -1,4 +1,4 @@
-"""Stages of a run: at what formula joints let go, others close, and values change."""
+"""Stages of a run: when a formula rises through 0, joints open or close, and values change."""
 
 from __future__ import annotations
 
@@ -30,10 +30,12 @@ Plain = Annotated[Any, BeforeValidator(_frozen), WithJsonSchema(ANY)]
 
 
 class Added(Part):
-    """Parts that are there from a stage on."""
+    """Parts that exist from a stage on."""
 
-    joints: Named[Joint] = by_name("joints that close as their points stand then")
-    springs: Named[Spring] = by_name("springs; rest as they stand then where nothing is said")
+    joints: Named[Joint] = by_name("joints, which close where their points are at that instant")
+    springs: Named[Spring] = by_name(
+        "springs; without a rest length or angle they rest as they are at that instant"
+    )
     drives: Named[Drive] = by_name("motors and forces")
     contacts: Named[Contact] = by_name("pairs that may strike each other")
 
@@ -42,31 +44,31 @@ class Stage(Part):
     """A change of the mechanism as a formula rises through 0; the run goes on with it."""
 
     until: Annotated[Expression, Condition()] = Field(
-        description="formula as of 'run: until': the stage before ends as it rises through 0. At "
-        "first it must be below 0; in later stages it counts once it has been"
+        description="formula as of 'run: until': the stage begins as it rises through 0. The first "
+        "stage's must be below 0 at the start; later ones count after they have been below 0"
     )
     remove: tuple[str, ...] = Field(
-        (), description="parts that go, as joints.latch: of joints, springs, drives and contacts"
+        (), description="parts to remove, such as joints.latch: joints, springs, drives, contacts"
     )
     set: Named[Plain] = by_name(
-        "values by their keys, as drives.motor.value: 0, of parts that stay; and gravity"
+        "new values of parts that stay, by their keys, such as drives.motor.value: 0; also gravity"
     )
     add: Added = Field(
         default_factory=Added,
-        description="parts that come; angles of welds and slides: as they stand then, if left out",
+        description="new parts; a weld or a slide without an angle takes that of its bodies then",
     )
 
 
 def at_first(section: str, parts: Mapping[str, Value], stages: Sequence[Stage]) -> dict[str, Value]:
-    """Parts of a section without those that come in a later stage.
+    """Parts of a section without those that a later stage adds.
 
-    A scene may have these, too: a result's does, which knows the parts of all stages by name.
+    A scene of a result has all parts of all stages: see `whole_scene`.
     """
     return {n: part for n, part in parts.items() if not _comes_later(section, n, part, stages)}
 
 
 def _comes_later(section: str, name: str, part: object, stages: Sequence[Stage]) -> bool:
-    """Tell whether a stage adds this very part, and none before it removes it."""
+    """Tell whether a stage adds exactly this part, and no stage before removes one of its name."""
     for stage in stages:
         if f"{section}.{name}" in stage.remove:
             return False

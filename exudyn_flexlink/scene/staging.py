@@ -1,4 +1,4 @@
-"""The scene of each stage of a run, made of the one before and what the stage changes."""
+"""The scene of each stage of a run: the scene before with the changes of the stage."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from exudyn_flexlink.scene.run import INITIAL_OF_JOINTS
 from exudyn_flexlink.scene.stages import CHANGING, Stage, at_first
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, dotted
 
-LEAST_NAMES = 2  # behind a section: of the part, and of its key
+LEAST_NAMES = 2  # that follow a section in a key of 'set': the part's, and its key's
 
 
 def stage_scenes(scene: Scene) -> list[Scene]:
-    """Return a scene, and those of its later stages, as they are known before the run.
+    """Return the scenes of all stages, the first one first, as far as they are known before a run.
 
     Raises:
-        SceneError: a stage can't be made, as of `after_stage`.
+        SceneError: a stage can't be made; see `after_stage`.
 
     """
     scenes = [first_stage(scene)]
@@ -28,9 +28,9 @@ def stage_scenes(scene: Scene) -> list[Scene]:
 
 
 def whole_scene(scene: Scene) -> Scene:
-    """Return a scene with the parts of all its stages, as results know them by name.
+    """Return a scene with the parts of all its stages, so that a result's names are all in it.
 
-    It runs as the scene does: see `first_stage`.
+    It runs like the scene itself: `first_stage` takes the added parts out again.
     """
     sections = {section: dict(getattr(scene, section)) for section in CHANGING}
     for stage in scene.stages:
@@ -41,7 +41,7 @@ def whole_scene(scene: Scene) -> Scene:
 
 
 def first_stage(scene: Scene) -> Scene:
-    """Return a scene without the parts that come in a later stage, if it has any."""
+    """Return a scene without the parts that a later stage adds, if it has any of them."""
     sections = {key: at_first(key, getattr(scene, key), scene.stages) for key in CHANGING}
     fewer = any(len(parts) < len(getattr(scene, key)) for key, parts in sections.items())
     return scene.changed(**sections) if fewer else scene
@@ -50,13 +50,14 @@ def first_stage(scene: Scene) -> Scene:
 def after_stage(
     scene: Scene, angles: Mapping[str, float] | None = None, *, number: int = 1
 ) -> Scene:
-    """Return the scene from its first stage on, which has its later stages.
+    """Return the scene after its next change, the first of its `stages`; it keeps the later ones.
 
-    `angles` (rad) are those of welds and slides that are added without one; it is the stage of this
-    `number` of a whole run.
+    `angles` (rad) are for welds and slides that the stage adds without an angle. `number` is that
+    of the stage in the whole run, for messages.
 
     Raises:
-        SceneError: a part is not there, or is already; or the new scene has mistakes.
+        SceneError: the stage removes a part that does not exist, or adds one that exists already;
+            or the new scene has mistakes.
 
     """
     data, stage = scene.to_data(), scene.stages[0]
@@ -64,7 +65,7 @@ def after_stage(
     mistakes = list(_change(data, changes))
     for name, angle in (angles or {}).items():
         data["joints"][name]["angle"] = angle
-    # It begins with a state of the run; what is given of joints may be of those that are gone.
+    # The stage begins with a state of the run. Start values of joints that it removes are dropped.
     joints = data.get("joints", {})
     for key in INITIAL_OF_JOINTS:
         given = data["initial"].get(key, {})
@@ -73,8 +74,8 @@ def after_stage(
         checked = check_document(Document(scene.document.name, data=data))
         mistakes = [_within(mistake, stage) for mistake in checked.mistakes]
     if mistakes:
-        of_run = [replace(x, path=("stages", number - 1, *x.path)) for x in mistakes]
-        raise SceneError(scene.document, of_run)
+        in_stage = [replace(x, path=("stages", number - 1, *x.path)) for x in mistakes]
+        raise SceneError(scene.document, in_stage)
     return Scene.from_parts(checked.sections, scene.document)
 
 
@@ -125,7 +126,7 @@ def _unknown(name: str, section: str, data: Mapping[str, Any]) -> tuple[str, str
 
 
 def _within(mistake: Mistake, stage: Stage) -> Mistake:
-    """Say a mistake of a stage's scene where the stage makes it."""
+    """A mistake of a stage's scene, at the key of the stage that causes it."""
     path = mistake.path
     if len(path) > 1 and path[1] in getattr(stage.add, str(path[0]), {}):
         return replace(mistake, path=("add", *path))

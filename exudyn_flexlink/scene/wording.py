@@ -178,12 +178,12 @@ def mistakes_of(
     error: ValidationError,
     annotation: Any,
     data: Any,
-    at: KeyPath,
+    place: KeyPath,
     elsewhere: Mapping[str, str] = _NOWHERE,
 ) -> list[Mistake]:
-    """Return the mistakes in `data`, which stands at the path `at` and should be `annotation`.
+    """Return the mistakes in `data`, which stands at the path `place` and should be `annotation`.
 
-    `elsewhere` are keys of other sections, with these sections: an unknown key may belong there.
+    `elsewhere` maps keys of other sections to these sections: an unknown key may belong there.
     """
     mistakes: list[Mistake] = []
     suggested: set[tuple[KeyPath, str]] = set()
@@ -192,10 +192,10 @@ def mistakes_of(
         if item["type"] == "too_short" and len(item["input"]) >= item["ctx"]["min_length"]:
             continue  # pydantic counts valid entries only; the others are reported already
         inner = _data_path(item["loc"])
-        path = (*at, *inner)
+        path = (*place, *inner)
         if item["type"] == "extra_forbidden":
             keys = known_keys(annotation, data, inner[:-1])
-            mistake = unknown_key(path, keys, elsewhere if path[:-1] == at else _NOWHERE)
+            mistake = unknown_key(path, keys, elsewhere if path[:-1] == place else _NOWHERE)
             mistakes.append(mistake)
             suggested |= {(path[:-1], key) for key in keys if f"'{key}'?" in mistake.message}
         elif item["type"] == "missing":

@@ -1,14 +1,15 @@
 """The largest Lyapunov exponent, by neighbours that are renormalised: any flow, any engine.
 
-A neighbour starts a small distance away. Stretch by stretch it moves, the logarithm of what the
-distance has grown by is kept, and it is put back, in the direction it has, at the first distance:
-G. Benettin, L. Galgani and J.-M. Strelcyn, Kolmogorov entropy and numerical experiments, Physical
-Review A 14 (1976) 2338. The mean rate of growth tends to the largest exponent. Of a system that
-is driven by time, time is no direction in which neighbours differ.
+A neighbour starts at a small distance. After each stretch of time the logarithm of the growth of
+the distance is kept, and the neighbour is moved back to the first distance, in its present
+direction: G. Benettin, L. Galgani and J.-M. Strelcyn, Kolmogorov entropy and numerical experiments,
+Physical Review A 14 (1976) 2338. The mean rate of growth tends to the largest exponent. In a system
+driven by time, neighbours do not differ in time.
 
-How long a lap takes, and how far a point is from where it was laps before: what repeats.
+Laps and their durations, and the distance of a point from its place some laps before: does a motion
+repeat itself?
 
-Poincare sections: a point once a lap, and how its places branch as a value is varied.
+Poincare sections: a point once a lap, and the branches of its places if a value is varied.
 """
 
 from __future__ import annotations
@@ -32,15 +33,15 @@ from exudyn_flexlink.observables import (
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import LapsSpec, Scene, SlotJoint
 
-PHASES = 256  # of a lap, at which it is compared
-MOST = 8  # laps: a motion that takes more to repeat itself counts as none that does
-ALIKE = 3.0  # times the run's own error: two laps differ by both their errors
-FALLS = 0.9  # from a distance to the next, where laps settle to a period
-LEAST_FALLS = 2  # in a row
+PHASES = 256  # phases of a lap at which laps are compared
+MOST = 8  # laps: a motion with a longer period counts as not repeating itself
+ALIKE = 3.0  # times the run's error: limit of the difference of equal laps
+FALLS = 0.9  # ratio of successive distances of laps that settle to a period
+LEAST_FALLS = 2  # such ratios in a row
 
 
 class NoRhythmError(ValueError):
-    """Nothing in the scene tells how long a lap takes; the text says what may be given."""
+    """The scene does not determine the duration of a lap; the text says what to give."""
 
 
 class ImpossibleLapsError(ValueError):
@@ -49,21 +50,21 @@ class ImpossibleLapsError(ValueError):
 
 @dataclass(frozen=True)
 class Rhythm:
-    """A `lap` takes so many s; after `laps` the mechanism is driven the same way again."""
+    """The duration of a `lap` (s), and the number of `laps` after which the drives repeat."""
 
     lap: float
     laps: int = 1
 
     @property
     def cycle(self) -> float:
-        """Time (s) after which the mechanism is driven the same way again."""
+        """Period (s) of the drives."""
         return self.laps * self.lap
 
 
 def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
-    """Return the rhythm of the first joint that a drive turns at one speed, or of a `lap` (s).
+    """Return the rhythm of the first joint with a constant speed, or of a given `lap` (s).
 
-    Curves with laps tell how many laps make a cycle.
+    Curves with laps determine the number of laps of a cycle.
     """
     turned = list(steady_speeds(scene).values())
     if lap is None and not turned:
@@ -75,7 +76,7 @@ def rhythm_of(scene: Scene, lap: float | None = None) -> Rhythm:
 
 
 def laps_of_cycle(scene: Scene) -> int:
-    """Laps after which the mechanism is driven the same way again: those of curves with laps."""
+    """Number of laps of a period of the mechanism, by curves with laps."""
     slots = (joint for joint in scene.joints.values() if isinstance(joint, SlotJoint))
     curves = [scene.curves[slot.curve] for slot in slots]
     return lcm(*(len(curve.curves) for curve in curves if isinstance(curve, LapsSpec)))
@@ -83,10 +84,10 @@ def laps_of_cycle(scene: Scene) -> int:
 
 @dataclass(frozen=True)
 class LapDistances:
-    """How far `point` is in each lap from where it was `before` laps before.
+    """Distances of a `point` from its places `before` laps earlier, for each lap.
 
-    `laps` (N,) number whole laps from 1, `end` (N,) s are their ends, `before` (M,) the shifts and
-    `largest` (M, N) m the largest distance at the same phases; nan where there is no such lap.
+    `laps` (N,) number whole laps from 1, `end` (N,), s, are their ends, `before` (M,) the shifts,
+    and `largest` (M, N), m, the largest distances at the same phases; nan without an earlier lap.
     """
 
     point: str
@@ -98,12 +99,12 @@ class LapDistances:
 
 @dataclass(frozen=True)
 class Repeating:
-    """What laps tell of a motion, up to `until` (s), to where they are known.
+    """Whether a motion repeats itself, by laps that are known up to `until` (s).
 
-    `laps` is the number after which it repeats itself within `error` (m), the run's own; None
-    where it does not. `settles` is the factor by which the distance of laps so many apart falls
-    from one to the next where it is still on its way to such a period, else None. `least` (m) is
-    the smallest distance of the last laps from earlier ones, that of `nearest` laps before.
+    `laps` is the number of laps of the period, within the run's `error` (m); None without a period.
+    If the motion still settles to a period of `nearest` laps, `settles` is the factor by which the
+    distance falls from one period to the next, else None. `least` (m) is the smallest distance of
+    the last laps from earlier ones: those `nearest` laps before.
     """
 
     laps: int | None
@@ -115,7 +116,7 @@ class Repeating:
 
     @property
     def behaviour(self) -> str:
-        """In words."""
+        """The behaviour in words."""
         if self.laps is not None:
             return f"repeats itself every {_count(self.laps)}"
         if self.settles is not None:
@@ -128,9 +129,9 @@ def lap_distances(
 ) -> LapDistances:
     """Compare each whole lap of `lap` (s), from `after` (s) on, with up to `MOST` laps before.
 
-    With a crank of constant speed that is at the same crank angles. The point is the watched one
-    if left out. Between samples it is interpolated, which may differ from lap to lap; nothing is
-    where a lap is a multiple of `PHASES` samples.
+    With a crank of constant speed, phases are crank angles. The point is the watched one by
+    default. Between samples it is interpolated, perhaps differently from lap to lap; a lap of a
+    multiple of `PHASES` samples needs no interpolation.
     """
     seen = path(result, watched_point(result.scene) if point is None else point)
     count = max(0, int((float(seen.time[-1]) - after) / lap * (1 + 1e-9)))
@@ -149,7 +150,7 @@ def lap_distances(
 
 
 def repeating(laps: LapDistances, error: float, until: float = inf) -> Repeating | None:
-    """Judge laps that end up to `until` (s) against the error (m) of the run; None if too few."""
+    """Compare laps that end before `until` (s) with the error (m) of the run; None if too few."""
     known = laps.end <= until * (1 + 1e-9)
     rows = {
         int(shift): row[known & np.isfinite(row)]
@@ -172,9 +173,9 @@ def repeating(laps: LapDistances, error: float, until: float = inf) -> Repeating
 
 
 def _settling(row: FloatArray, shift: int) -> float | None:
-    """Factor by which distances fall from one block of `shift` laps to the next, if they do.
+    """Factor by which distances fall from one block of `shift` laps to the next, if they fall.
 
-    At least from one to the next two, and in each step.
+    They must fall in each of the last `LEAST_FALLS` steps.
     """
     count = len(row) // shift
     if count < LEAST_FALLS + 1:
@@ -189,15 +190,14 @@ def _count(laps: int) -> str:
 
 
 COLUMNS = ("time_s", "x_m", "y_m", "vx_m_per_s", "vy_m_per_s")
-"""What tables tell of each point of a section."""
+"""Columns of tables with a point of a section in each row."""
 
 
 @dataclass(frozen=True)
 class Section:
-    """The point once a lap: `time` (N,) s, `position` (N, 2) m and `velocity` (N, 2) m/s.
+    """A point once a lap: `time` (N,), s, `position` (N, 2), m, and `velocity` (N, 2), m/s.
 
-    `phase` is the crank angle (rad), or the part of a lap of its own length (0 to 1), at which it
-    is looked at; `by_crank` tells which.
+    `phase` is the crank angle (rad), if `by_crank`, else the part of a lap (0 to 1).
     """
 
     point: str
@@ -210,8 +210,7 @@ class Section:
     def distinct(self, limit: float) -> int:
         """Number of places that are more than `limit` (m) apart from each other.
 
-        Of a motion that repeats itself every n laps they are n, or less where it passes one place
-        twice.
+        For a motion with a period of n laps the number is n, or less if it passes a place twice.
         """
         kept: list[FloatArray] = []
         for place in self.position:
@@ -223,9 +222,9 @@ class Section:
 def section_by_crank(
     result: Result, angle: float = 0.0, point: str | None = None, after: float = 0.0
 ) -> Section:
-    """Look at a point whenever the crank passes an angle (rad), from `after` (s) on.
+    """Section of a point whenever the crank passes an angle (rad), from `after` (s) on.
 
-    The point is the watched one if left out.
+    The point is the watched one by default.
     """
     turned = crank_angle(result)
     low, high = sorted((float(turned[0]), float(turned[-1])))
@@ -237,10 +236,10 @@ def section_by_crank(
 
 
 def section_by_time(result: Result, lap: float, phase: float = 0.0, after: float = 0.0) -> Section:
-    """Look at the watched point once in every lap of its own length (s), from `after` (s) on.
+    """Section of the watched point once in every `lap` (s), from `after` (s) on.
 
-    `phase` (0 to 1) is the part of a lap that is over. For what no crank drives, such as a force
-    with a period.
+    `phase` (0 to 1) is the part of a lap that has passed. This is for mechanisms without a crank,
+    for example with a periodic force.
     """
     clock = result.scene.initial.clock
     times = np.arange(phase, (float(result.time[-1]) + clock) / lap + 1e-12) * lap - clock
@@ -271,7 +270,7 @@ def section_row(section: Section) -> dict[str, float | int]:
 
 
 def section_of_row(row: Mapping[str, Any], point: str, phase: float, *, by_crank: bool) -> Section:
-    """Return the section that a row of a table tells; see `section_row`."""
+    """Return the section in a row of a table; see `section_row`."""
     numbers = range(1, int(row["section.points"]) + 1)
     rows = [[float(row[f"section.{number}.{name}"]) for name in COLUMNS] for number in numbers]
     time, x, y, vx, vy = np.array(rows, dtype=float).reshape(-1, len(COLUMNS)).T
@@ -281,10 +280,11 @@ def section_of_row(row: Mapping[str, Any], point: str, phase: float, *, by_crank
 
 @dataclass(frozen=True)
 class Branches:
-    """Sections of runs of one scene in which one value is varied: a bifurcation diagram.
+    """Sections of runs of a scene with one varied value: a bifurcation diagram.
 
-    `values` (K,) in SI and a section of each; `path` is that of the value in the model file.
-    `failed` are values without a section, and `doubtful` those whose run warned, with the reason.
+    `values` (K,), in SI units, have a section each; `path` is the path of the value in the model
+    file. `failed` are values without a section, and `doubtful` are values of runs with warnings,
+    both with reasons.
     """
 
     path: str
@@ -304,19 +304,19 @@ class Branches:
 Flow = Callable[[FloatArray, float, float], FloatArray]
 """State (n,) at a time, from a state (n,) at an earlier time (s)."""
 
-SETTLE = 0.25  # of the time: until the neighbour lies in the direction that grows most
-FEWEST = 4  # batches: by fewer their scatter is hardly known
-SURE = 0.95  # of the cases the exponent is within its uncertainty
-MOST_CORRELATED = 0.95  # batches that follow one another: the mean of more tells nothing
+SETTLE = 0.25  # of the time, for neighbours to reach the direction of largest growth
+FEWEST = 4  # batches: with fewer their scatter is hardly known
+SURE = 0.95  # probability that the exponent is within its uncertainty
+MOST_CORRELATED = 0.95  # largest correlation of successive batches that is used
 
 
 class TooShortError(ValueError):
-    """There is too little time to tell an exponent and its uncertainty."""
+    """The time is too short to measure an exponent and its uncertainty."""
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """States (K + 1, n) of a motion at instants (K + 1,) s, between which it is followed."""
+    """States (K + 1, n) of a motion at instants (K + 1,), s, the ends of stretches."""
 
     times: FloatArray
     states: FloatArray
@@ -326,13 +326,13 @@ class Trajectory:
 class Exponent:
     """The largest Lyapunov exponent `value` (1/s), 95 % sure to `uncertainty` (1/s).
 
-    `times` (K + 1,) s bound the stretches and `rates` (K,) 1/s are the growth in each, the first
-    `settled` of which do not count. `means` (batches,) 1/s are those of the batches by whose
-    scatter the uncertainty is told. `distance` is that to which neighbours are put back, in the
-    unit of the scales. `noise` (1/s) is how far the solver's own error may move the value: the
-    error of each stretch over the distance of the neighbours at its end. The uncertainty tells how
-    far the mean over other stretches of the same motion would be off; that the motion is a typical
-    one, and that neighbours so far apart behave as those infinitely near, it takes for granted.
+    `times` (K + 1,), s, are the ends of stretches, and `rates` (K,), 1/s, the growth in each; the
+    first `settled` stretches do not count. `means` (batches,), 1/s, are those of batches of
+    stretches; the uncertainty follows from their scatter. `distance` is the first distance of
+    neighbours, in the unit of the scales. `noise` (1/s) is the possible effect of the solver's
+    error on the value: the error of each stretch over the distance of neighbours at its end. The
+    uncertainty is that of the mean over other stretches of the same motion. It assumes that the
+    motion is typical, and that neighbours at this distance behave as infinitely near ones.
     """
 
     value: float
@@ -346,25 +346,25 @@ class Exponent:
 
     @property
     def sign(self) -> int:
-        """1: neighbours part; -1: they approach; 0: it can't be told."""
+        """1 if neighbours part, -1 if they approach, 0 if it is uncertain."""
         sure = self.uncertainty + self.noise
         return 0 if abs(self.value) <= sure else (1 if self.value > 0 else -1)
 
     @property
     def by_solver(self) -> bool:
-        """Whether the solver's error counts as much as the scatter, so that tolerance matters."""
+        """Whether the solver's error is larger than the scatter, so that the tolerance matters."""
         return self.noise > self.uncertainty
 
     @property
     def running(self) -> FloatArray:
-        """Mean rate (1/s) of the stretches that count, up to the end of each (K - settled,)."""
+        """Mean rates (K - settled,), 1/s, of the stretches that count, up to the end of each."""
         spans = np.diff(self.times)[self.settled :]
         return np.asarray(np.cumsum(spans * self.rates[self.settled :]) / np.cumsum(spans))
 
     def horizon(self, error: float, limit: float) -> float:
-        """Time (s) in which an error grows to a limit in the mean; inf where neighbours approach.
+        """Mean time (s) in which an error grows to a limit; inf if neighbours approach.
 
-        From then on a motion is not known instant by instant, whatever solved it.
+        After it a motion is not known at single instants, whatever the solver.
         """
         if self.value <= 0 or error >= limit:
             return inf if error < limit else 0.0
@@ -461,13 +461,13 @@ def batches(times: FloatArray, batch: float) -> tuple[int, IndexArray]:
 def half_width(means: FloatArray) -> float:
     """Half width of the interval that holds the mean of batches with probability `SURE`.
 
-    Batches that follow one another may still correlate, by r from one to the next. The correlation
-    of n means, taken about their own mean, is too small by (1 + 4 r)/n: F. H. C. Marriott and J. A.
+    Successive batches may still correlate, with a coefficient r. Its estimate from n means, taken
+    about their mean, is too small by (1 + 4 r)/n: F. H. C. Marriott and J. A.
     Pope, Bias in the estimation of autocorrelations, Biometrika 41 (1954) 390. If it falls as r^k
-    over k batches, n of them tell no more than n (1 - r)/(1 + r) that are independent.
+    over k batches, n batches are worth n (1 - r)/(1 + r) independent ones.
 
-    Of eight batches the interval holds the mean in 97 % of the cases if r = 0, 87 % if r = 0.6: so
-    few do not tell how much they correlate.
+    With eight batches the interval contains the mean in 97 % of the cases if r = 0, and in 87 % if
+    r = 0.6, since so few batches do not give r well.
     """
     from scipy.special import stdtrit  # noqa: PLC0415 - takes a second, which `check` saves
 

@@ -1,12 +1,10 @@
-"""All that is told of the stability of a scene's motion, of one long run and its neighbours.
+"""A study of the stability of a scene's motion, by a long run and its neighbours.
 
-The largest Lyapunov exponent of a mechanism: runs that go on from states of another run.
-
-The run gives the motion; between instants at which nothing presses, a neighbour of it, and the
-run itself again, start from its state (see `continuing`). A state is of all parts, so that joints
-bind its numbers; neighbours are put onto the joints as they are put together. Impacts do no harm:
-both runs of a stretch start and end free, and what a difference does to an impact's instant shows
-in where they are when it is over.
+The largest Lyapunov exponent of a mechanism is measured by runs that go on from states of this run.
+They start at instants without contact forces: a neighbour, and the run itself again, from its state
+(see `continuing`). A state has coordinates of all parts, which joints bind; the assembly of a
+neighbour closes its joints. Impacts do no harm: both runs of a stretch start and end without
+contact, and a different instant of an impact shows in the states after it.
 """
 
 from __future__ import annotations
@@ -50,13 +48,15 @@ from exudyn_flexlink.stability.exponent import (
 )
 
 Simulate = Callable[[Scene], Result]
-"""Runs a scene once: who calls knows the engine."""
+"""Runs a scene once; the caller chooses the engine."""
 
-STRETCHES = 16  # in a lap: impacts on stiff walls part neighbours a thousandfold in a quarter of it
-ABOVE_ERROR = 1e3  # times the tolerance: how far neighbours are apart, well above its errors
-MOST = 1e-3  # of the parts' reach: neighbours no farther apart, as they stand for infinitely near
-EDGE = 0.04  # of a stretch: at least so far from any touch
-OFF_STRETCH = 0.25  # of a stretch: an instant farther from where one is wanted is left out
+STRETCHES = (
+    16  # in a lap: impacts on stiff walls part neighbours a thousandfold in a quarter of a lap
+)
+ABOVE_ERROR = 1e3  # times the tolerance: distance of neighbours, well above errors
+MOST = 1e-3  # of the parts' reach: largest distance of neighbours, which stand for infinitely near
+EDGE = 0.04  # of a stretch: least time from its ends to a touch
+OFF_STRETCH = 0.25  # of a stretch: farthest instant from the wanted one
 
 
 class StoppedError(ValueError):
@@ -86,8 +86,8 @@ def exponent_of(
 ) -> Exponent:
     """Measure the exponent along a run, from `after` (s) on, when its motion has settled.
 
-    Stretches are sixteenths of a lap, and speeds count in distances as what they make in a radian
-    of it. Growth scatters from one cycle to the next. `simulate` must run scenes as the run was.
+    Stretches are sixteenths of a lap. In distances, speeds count by their motion in a radian of the
+    lap. Growth scatters from cycle to cycle. `simulate` must run scenes as the run was.
 
     Raises:
         StoppedError: a run of a stretch stopped.
@@ -101,7 +101,7 @@ def exponent_of(
     by_begin = dict(zip(times.tolist(), bases, strict=False))
 
     def flow(state: FloatArray, begin: float, end: float) -> FloatArray:
-        """Run a stretch from a state of all parts, one after the other."""
+        """Run a stretch from a state of all parts in a row."""
         base = by_begin[begin]
         run = type(scene.run)(duration=end - begin, sample=end - begin)
         start = moved(base, state.reshape(-1, 6)).changed(run=run)
@@ -115,10 +115,10 @@ def exponent_of(
 
 
 def restarts(result: Result, stretch: float, after: float = 0.0) -> FloatArray:
-    """Instants (s) about a stretch (s) apart, from `after` on, at which nothing presses.
+    """Instants (s) about a stretch (s) apart, from `after` on, without contact forces.
 
-    Each is the sample with most room to the touches before and after it: neighbours touch a little
-    earlier or later, and have to be free there, too.
+    Each is the sample with the most time to touches before and after it: neighbours touch a little
+    earlier or later, and must be free there, too.
     """
     room = _room(result, OFF_STRETCH * stretch)
     free = (room >= EDGE * stretch) & (result.time >= after)
@@ -147,7 +147,7 @@ def _room(result: Result, enough: float) -> FloatArray:
 
 
 def distance_of(scene: Scene) -> float:
-    """How far neighbours are apart, m: well above the run's errors, well below its parts."""
+    """Distance of neighbours, m: well above the run's errors, well below the size of parts."""
     assembly = assemble_scene(scene)
     reach = min(part.reach for part in assembly.mechanism.parts if part.reach > 0)
     error = scene.accuracy.tolerance
@@ -155,9 +155,9 @@ def distance_of(scene: Scene) -> float:
 
 
 def scales(scene: Scene, lap: float) -> FloatArray:
-    """What makes a metre of each number of a state (6 parts,), in the mean over the parts.
+    """Value of each number of a state (6 parts,) that counts as a metre, in the mean over parts.
 
-    Angles count by the reach of their part, rates by what they make in a radian of the lap.
+    Angles count by the reach of their part, rates by their motion in a radian of the lap.
     """
     parts = assemble_scene(scene).mechanism.parts
     lengths = np.array([[1.0, 1.0, part.reach] for part in parts])
@@ -166,20 +166,19 @@ def scales(scene: Scene, lap: float) -> FloatArray:
     return np.asarray(np.sqrt(len(parts)) / whole)
 
 
-FINE = 1e-8  # of the mechanism's extent: a tolerance that leaves room for neighbours above it
-SAMPLES = 4  # between phases at which laps are compared: a thousand in a lap
+FINE = 1e-8  # of the mechanism's extent: a tolerance well below the distance of neighbours
+SAMPLES = 4  # per phase at which laps are compared: a thousand in a lap
 
 
 @dataclass(frozen=True)
 class Stability:
-    """What one run of many laps, and its neighbours, tell of a motion.
+    """Results of a run of many laps and its neighbours.
 
-    `run` is that run, from its start; laps, section, spectrum and exponent count from `after` (s)
-    on, when it has settled. `tighter` is the exponent at a ten times smaller tolerance, None if not
-    asked for; `horizon` (s) is for how long from its
-    start, or from any state, the motion is known instant by instant at the run's tolerance, inf
-    where neighbours do not part: until then laps and section are the motion's own, after it only
-    their statistics are. `repeating` judges laps up to there; None if these are too few.
+    `run` is the whole run; laps, section, spectrum and exponent count from `after` (s) on, when the
+    motion has settled. `tighter` is the exponent at a ten times smaller tolerance, if it was asked
+    for. `horizon` (s) is the time, from any state, in which the motion is known at single instants
+    at the run's tolerance; inf if neighbours do not part. Beyond it laps and section are true as
+    statistics only. `repeating` compares laps up to the horizon; None if they are too few.
     """
 
     run: Result
@@ -195,7 +194,7 @@ class Stability:
 
     @property
     def point(self) -> str:
-        """Name of the point that is looked at."""
+        """Name of the point of laps and section."""
         return self.laps.point
 
     @property
@@ -205,12 +204,12 @@ class Stability:
 
     @property
     def limit(self) -> float:
-        """How far places of a section are apart (m) that count as two."""
+        """Least distance (m) of two places of a section that count as different."""
         return max(parting_limit(self.run), ALIKE * self.tolerance)
 
     @property
     def behaviour(self) -> str:
-        """What the motion does, in words."""
+        """Behaviour of the motion, in words."""
         if self.exponent.sign > 0:
             return "it never repeats itself, as neighbours part"
         return (
@@ -219,12 +218,12 @@ class Stability:
 
 
 def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None) -> Scene:
-    """Return the scene with so many laps, at a tolerance (m) that leaves room for neighbours."""
+    """Return the scene with this number of laps, at a tolerance (m) below neighbours' distance."""
     assembly = assemble_scene(scene)
     given = scene.accuracy.tolerance
     fine = max(FINE * extent(assembly), least_tolerance(assembly) / TIGHTER)
     asked = tolerance if tolerance is not None else min(fine, given if given is not None else fine)
-    # Phases of a lap are samples, so that nothing is interpolated where laps are compared.
+    # Phases of a lap are samples, so that comparing laps needs no interpolation.
     run = Run(duration=laps * rhythm.lap, sample=rhythm.lap / (SAMPLES * PHASES))
     long = scene.changed(run=run, accuracy=Accuracy(tolerance=asked))
     for mistake in run_mistakes(long):
@@ -235,7 +234,7 @@ def long_scene(scene: Scene, rhythm: Rhythm, laps: int, tolerance: float | None)
 
 
 def require_possible(laps: int, rhythm: Rhythm) -> None:
-    """Refuse what would be no number of a run, or a stretch that is no run."""
+    """Refuse laps whose run would be too long, or whose stretches would be too short."""
     shortest, longest = STRETCHES * SHORTEST_RUN, LARGEST / max(laps, 1)
     if not shortest <= rhythm.lap <= longest:
         raise ImpossibleLapsError(
@@ -246,13 +245,13 @@ def require_possible(laps: int, rhythm: Rhythm) -> None:
 
 @dataclass(frozen=True)
 class Asked:
-    """What a study is of: so many `laps`, of which those up to `after` let the motion settle.
+    """Options of a study: the number of `laps`; the motion settles in the first `after` of them.
 
-    A lap is a turn of the joint that a drive turns at one speed, or takes `lap` (s). The section is
-    at a crank angle (rad) `angle`, or at that part of a lap, a whole one being 2 pi. `tolerance`
-    (m) is by default one that leaves room for neighbours, see `long_scene`. With `twice` the
-    exponent is made again at a ten times smaller tolerance; without it, whether the tolerance
-    matters is told by the noise of the exponent alone.
+    A lap is a turn of the joint that a drive turns at constant speed, or takes `lap` (s). The
+    section is at the crank `angle` (rad), or at this part of a lap, with 2 pi for a whole lap. The
+    default `tolerance` (m) is well below the distance of neighbours, see `long_scene`. With `twice`
+    the exponent is also measured at a ten times smaller tolerance; without it, only the noise of
+    the exponent shows whether the tolerance matters.
     """
 
     laps: int = LAPS
@@ -264,20 +263,20 @@ class Asked:
 
 
 def least_time(rhythm: Rhythm) -> float:
-    """Shortest time (s) after the motion has settled that tells an exponent."""
+    """Shortest time (s), after settling, from which an exponent can be measured."""
     return (FEWEST / (1 - SETTLE) + 1) * rhythm.cycle
 
 
 def study(
     scene: Scene, simulate: Simulate, asked: Asked, progress: Callable[[float], None] | None = None
 ) -> Stability:
-    """Run a scene over many laps, whatever its own run is, and measure how stable its motion is.
+    """Run a scene over many laps, instead of its `run`, and measure the stability of its motion.
 
     Raises:
-        ImpossibleLapsError: no run can have such laps, or so many.
-        NoRhythmError: nothing tells what a lap is.
+        ImpossibleLapsError: a run can't have such laps, or so many.
+        NoRhythmError: the duration of a lap is not determined.
         StoppedError: a run stopped before its end.
-        TooShortError: there are too few laps.
+        TooShortError: the laps are too few.
 
     """
     rhythm = rhythm_of(scene, asked.lap)
@@ -321,7 +320,7 @@ def _whole(simulate: Simulate, scene: Scene) -> Result:
 def _part(
     progress: Callable[[float], None] | None, which: int, parts: int
 ) -> Callable[[float], None] | None:
-    """Progress of one part of as many."""
+    """Progress of one of several parts."""
     if progress is None:
         return None
     return lambda done: progress((which + done) / parts)

@@ -428,9 +428,9 @@ def strike_columns(result: Result, contact: str) -> dict[str, Column]:
 
 def happening_columns(result: Result) -> dict[str, Column]:
     """What happens in a run as columns: when, what and where."""
-    every_one = happenings(result)
+    items = happenings(result)
     names = {"t_s": "time", "what": "what", "where": "where"}
-    return {column: [getattr(one, key) for one in every_one] for column, key in names.items()}
+    return {column: [getattr(item, key) for item in items] for column, key in names.items()}
 
 
 def force_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
@@ -636,8 +636,8 @@ def _peaks(seen: LeverResponse) -> dict[str, float]:
 def _ends(seen: Extremes | LeverResponse, name: str = "", word: str = "") -> dict[str, float]:
     """The least and the greatest of what has both, and when (s)."""
     extremes: dict[str, float] = {}
-    for end, (value, at) in (("least", seen.least), ("greatest", seen.greatest)):
-        extremes |= {f"{end}{name}": value, f"{end}{word}_at_s": at}
+    for end, (value, instant) in (("least", seen.least), ("greatest", seen.greatest)):
+        extremes |= {f"{end}{name}": value, f"{end}{word}_at_s": instant}
     return extremes
 
 

@@ -1,10 +1,7 @@
-"""What a sweep is: a scene, values that vary, and points in a fixed order that never changes.
+"""The plan of a sweep: a scene, values that vary, and points in an order that never changes.
 
-Values that a sweep gives to one path of the scene: ranges and lists, with a unit or without.
-
-What the values of a path are measured in: the SI unit of a number of the scene.
-
-Designs: which values a sweep puts together in each of its points, in a fixed order.
+Each path of the scene that varies has values: a range or a list, with a unit or without. A design
+combines values of all paths to points. Tables have numbers in the SI unit of their path.
 """
 
 from __future__ import annotations
@@ -104,7 +101,7 @@ def values_of(given: Any) -> tuple[Value, ...]:
     """Read the values of a path: a text as on the command line, or a sequence of values.
 
     Raises:
-        ValuesError: they are none.
+        ValuesError: what is given can't be read as values.
 
     """
     if isinstance(given, str):
@@ -122,7 +119,7 @@ def range_of(given: Any) -> Range:
     """Read the two ends of a range.
 
     Raises:
-        ValuesError: they are none.
+        ValuesError: what is given can't be read as a range.
 
     """
     if isinstance(given, str):
@@ -201,7 +198,7 @@ def value_of(given: Any, entry: int | None = None) -> Value:
     if hasattr(given, "tolist"):  # of numpy
         given = given.tolist()
     if isinstance(given, int | float) and not isinstance(given, bool):
-        if not abs(given) <= float_info.max:  # nor a whole number beyond
+        if not abs(given) <= float_info.max:  # nan, inf, or an int too large for a float
             raise ValuesError(f"must be a finite number, got {in_words(given)}", entry=entry)
         return float(given)
     if isinstance(given, str):
@@ -221,13 +218,13 @@ def setting_of(path: str, value: Value) -> tuple[str, Any]:
 
 
 def unit_of(values: Sequence[Value]) -> str:
-    """Return the unit in which all of some values are written; empty if there is no such one."""
+    """Return the unit in which all values are written; empty if they do not share one."""
     units = {parts[1] if (parts := parts_of(value)) else "" for value in values}
     return units.pop() if len(units) == 1 else ""
 
 
 def parts_of(value: Value) -> tuple[float, str] | None:
-    """Number and unit of a text that has both, the unit as it is written; None of all else."""
+    """Number and unit of a text that has both, the unit as it is written; None of other values."""
     match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
     if match is None or match[2] is None:
         return None
@@ -258,7 +255,7 @@ def column_of(path: str, unit: str) -> str:
 
 
 def column_of_contact(scene: Scene, contact: str, name: str, unit: str) -> str:
-    """Return the name of a column that tells of a contact: of a hinge's stop of torques, angles."""
+    """Return the name of a contact's column; a hinge's stop has torques in place of forces."""
     unit = scene.unit_of(contact, unit)
     return column_of(name.replace("force", "torque") if unit == "N m" else name, unit)
 
@@ -275,7 +272,7 @@ def in_si(value: Value, unit: str) -> Value:
 
 
 def quantity_at(scene: Scene, path: str) -> Quantity | None:
-    """Return dimension and limits of the number at a path; None where nothing tells them."""
+    """Return dimension and limits of the number at a path; None where they are not known."""
     value: Any = scene
     owner: Any = None
     hints: tuple[Any, ...] = ()
@@ -287,7 +284,7 @@ def quantity_at(scene: Scene, path: str) -> Quantity | None:
                 return None
             field = type(value).model_fields[key]
             owner, hints, value = value, (field.annotation, *field.metadata), getattr(value, key)
-        elif isinstance(value, Mapping):  # what is not there yet is as what may be there
+        elif isinstance(value, Mapping):  # of a missing name the annotations tell the quantity
             value = value.get(step)
         elif isinstance(value, tuple):
             value = value[int(step)] if step.isdecimal() and int(step) < len(value) else None
@@ -328,30 +325,30 @@ Read = Callable[[Any], Any]
 
 @dataclass(frozen=True)
 class Design:
-    """Points, each a value for every path; `places` tells where each value of a path is given."""
+    """Points, each with a value for every path; `places` tells where a value of a path is given."""
 
     paths: tuple[str, ...]
     points: tuple[tuple[Value, ...], ...]
     places: tuple[Mapping[Value, KeyPath], ...]
 
 
-def grid(varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
+def grid(varied: Mapping[str, Any], section: KeyPath, mistakes: list[Mistake]) -> Design | None:
     """Return every value of each path with every value of the others; the last varies fastest.
 
-    `at` is the path of `varied` in the document that mistakes belong to. Paths without values are
-    left out; None if nothing is left.
+    `section` is the path of `varied` in the document that mistakes belong to. Paths without values
+    are left out; None if no path is left.
     """
-    read = _read_all(values_of, varied, at, mistakes)
-    if not read or not _few(prod(map(len, read.values())), at, mistakes):
+    read = _read_all(values_of, varied, section, mistakes)
+    if not read or not _allowed_count(prod(map(len, read.values())), section, mistakes):
         return None
     places = tuple(
-        {value: _entry((*at, path), varied[path], k) for k, value in enumerate(values)}
+        {value: _entry((*section, path), varied[path], k) for k, value in enumerate(values)}
         for path, values in read.items()
     )
     return Design(tuple(read), tuple(product(*read.values())), places)
 
 
-def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Design | None:
+def listed(points: Sequence[Any], section: KeyPath, mistakes: list[Mistake]) -> Design | None:
     """Return points as they are listed, each a mapping of paths to values."""
     numbers: dict[tuple[Value, ...], int] = {}  # each point and its number
     paths: tuple[str, ...] = ()
@@ -360,25 +357,27 @@ def listed(points: Sequence[Any], at: KeyPath, mistakes: list[Mistake]) -> Desig
         if not isinstance(point, Mapping) or not point:
             got = "an empty one" if point == {} else in_words(point)
             message = f"expected a mapping of paths to values, got {got}"
-            mistakes.append(Mistake((*at, i), message))
+            mistakes.append(Mistake((*section, i), message))
             continue
         if not paths:
             paths = tuple(point)
-            _refuse_twice(paths, (*at, i), mistakes)
+            _refuse_twice(paths, (*section, i), mistakes)
         if set(point) != set(paths):
             message = f"gives {', '.join(point)}, the first point {', '.join(paths)}"
-            mistakes.append(Mistake((*at, i), message, "all points give the same paths"))
+            mistakes.append(Mistake((*section, i), message, "all points give the same paths"))
             continue
-        values = tuple(_read(value_of, point[path], (*at, i, path), mistakes) for path in paths)
+        values = tuple(
+            _read(value_of, point[path], (*section, i, path), mistakes) for path in paths
+        )
         if values in numbers:
-            mistakes.append(Mistake((*at, i), f"is the point {numbers[values] + 1} again"))
+            mistakes.append(Mistake((*section, i), f"is the point {numbers[values] + 1} again"))
         numbers.setdefault(values, i)
     if not points:
-        mistakes.append(Mistake(at, "needs at least one point"))
-    if len(mistakes) > before or not _few(len(numbers), at, mistakes):
+        mistakes.append(Mistake(section, "needs at least one point"))
+    if len(mistakes) > before or not _allowed_count(len(numbers), section, mistakes):
         return None
     places = tuple(
-        {point[i]: (*at, k, path) for point, k in reversed(numbers.items())}
+        {point[i]: (*section, k, path) for point, k in reversed(numbers.items())}
         for i, path in enumerate(paths)
     )
     return Design(paths, tuple(numbers), places)
@@ -388,7 +387,7 @@ def drawn(  # noqa: PLR0913  (all of these make other points)
     kind: str,
     ranges: Mapping[str, Any],
     count: int,
-    at: KeyPath,
+    section: KeyPath,
     mistakes: list[Mistake],
     *,
     seed: int,
@@ -397,8 +396,8 @@ def drawn(  # noqa: PLR0913  (all of these make other points)
 
     A "latin_hypercube" fills them: of each range, cut into `count` equal parts, each holds one.
     """
-    read = _read_all(range_of, ranges, at, mistakes)
-    if not read or not _few(count, at, mistakes):
+    read = _read_all(range_of, ranges, section, mistakes)
+    if not read or not _allowed_count(count, section, mistakes):
         return None
     # scipy takes a second to import, which commands that sweep nothing should not wait for
     from scipy.stats.qmc import LatinHypercube  # noqa: PLC0415
@@ -412,30 +411,34 @@ def drawn(  # noqa: PLR0913  (all of these make other points)
         path: [distribution.at(part) for part in column]
         for (path, distribution), column in zip(read.items(), parts.T.tolist(), strict=True)
     }
-    places = tuple(dict.fromkeys(column, (*at, path)) for path, column in columns.items())
+    places = tuple(dict.fromkeys(column, (*section, path)) for path, column in columns.items())
     return Design(tuple(columns), tuple(zip(*columns.values(), strict=True)), places)
 
 
 def _read_all(
-    read: Read, varied: Mapping[str, Any], at: KeyPath, mistakes: list[Mistake]
+    read: Read, varied: Mapping[str, Any], section: KeyPath, mistakes: list[Mistake]
 ) -> dict[str, Any]:
     """Return what was read of each path, without those that have mistakes."""
     if not varied:
-        mistakes.append(Mistake(at, "nothing is varied", "a path of the model, and its values"))
-    _refuse_twice(varied, at, mistakes)
-    values = {path: _read(read, given, (*at, path), mistakes) for path, given in varied.items()}
+        mistakes.append(
+            Mistake(section, "nothing is varied", "a path of the model, and its values")
+        )
+    _refuse_twice(varied, section, mistakes)
+    values = {
+        path: _read(read, given, (*section, path), mistakes) for path, given in varied.items()
+    }
     return {path: value for path, value in values.items() if value is not None}
 
 
-def _refuse_twice(paths: Iterable[str], at: KeyPath, mistakes: list[Mistake]) -> None:
-    """Refuse a path that is another but for blanks, or in it: one is varied, and both are told."""
+def _refuse_twice(paths: Iterable[str], section: KeyPath, mistakes: list[Mistake]) -> None:
+    """Refuse a path that equals an earlier one but for blanks, or is inside or around it."""
     seen: list[str] = []
     for path in paths:
         meant = ".".join(step.strip() for step in path.split("."))
         inside = (p for p in seen if f"{meant}.".startswith(f"{p}.") or p.startswith(f"{meant}."))
         if (other := next(inside, None)) is not None:
             both = "" if other == meant else f" with '{other}'"
-            mistakes.append(Mistake((*at, path), f"'{meant}' is varied twice{both}"))
+            mistakes.append(Mistake((*section, path), f"'{meant}' is varied twice{both}"))
         seen.append(meant)
 
 
@@ -454,14 +457,15 @@ def _entry(place: KeyPath, given: Any, k: int) -> KeyPath:
     return place if isinstance(given, str) else (*place, k)
 
 
-def _few(count: int, at: KeyPath, mistakes: list[Mistake]) -> bool:
+def _allowed_count(count: int, section: KeyPath, mistakes: list[Mistake]) -> bool:
+    """Tell whether a design may have so many points; note the mistake if not."""
     if not 1 <= count <= MOST_POINTS:
-        mistakes.append(Mistake(at, f"makes {count} points; there may be 1 to {MOST_POINTS}"))
+        mistakes.append(Mistake(section, f"makes {count} points; there may be 1 to {MOST_POINTS}"))
     return 1 <= count <= MOST_POINTS
 
 
 HASH_DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
-MOST_CHECKED = 1000  # values of a path that are all checked before anything runs: in some seconds
+MOST_CHECKED = 1000  # values of a path that are checked before anything runs, in some seconds
 PACKAGES = (THIS, "exudyn", "numpy", "scipy")  # on whose versions numbers depend
 
 
@@ -528,23 +532,24 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
 ) -> Sweep:
     """Make a sweep of a scene; `document` is where the design was given.
 
-    `mistakes` are those found while it was read, of which `design` has left out the paths.
+    `mistakes` were found while the design was read; it does not have the paths that they concern.
 
     Raises:
         SceneError: a path leads nowhere, or a value can't be; all such mistakes are in it. Values
-            that only can't be together with others make a row that says so, as a run that fails.
+            that are allowed, but not together with others, raise nothing: like a run that fails,
+            their point has a row that says so.
 
     """
-    mistakes_of = list(mistakes)
+    all_mistakes = list(mistakes)
     if design is None:
-        raise SceneError(document, mistakes_of)
+        raise SceneError(document, all_mistakes)
     settings = [
         tuple(setting_of(path, value) for path, value in zip(design.paths, point, strict=True))
         for point in design.points
     ]
-    mistakes_of += _mistakes(scene, design, settings, allow_outside)
-    if mistakes_of:
-        raise SceneError(document, mistakes_of)
+    all_mistakes += _mistakes(scene, design, settings, allow_outside)
+    if all_mistakes:
+        raise SceneError(document, all_mistakes)
     how = json.dumps([scene.to_data(), engine, measure], sort_keys=True)
     base = hashlib.sha256(how.encode()).hexdigest()
     units = [si_unit(scene, path) for path in design.paths]
@@ -555,8 +560,8 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
     given = zip(*design.points, strict=True)
     values = zip(*(point.values for point in points), strict=True)
     varied = tuple(
-        _varied(path, unit, column, unit_of(value_of))
-        for path, unit, column, value_of in zip(design.paths, units, values, given, strict=True)
+        _varied(path, unit, column, unit_of(as_given))
+        for path, unit, column, as_given in zip(design.paths, units, values, given, strict=True)
     )
     return Sweep(scene, engine, varied, points, measure, observed, allow_outside)
 
@@ -572,7 +577,7 @@ def _id(base: str, settings: Sequence[Setting]) -> str:
 
 
 def _varied(path: str, unit: str, values: Sequence[Value], given: str) -> Varied:
-    """Texts, such as 'beam', have no unit."""
+    """A path that varies; values that are texts, such as 'beam', have no unit."""
     numbers = any(isinstance(value, float) for value in values)
     return Varied(path, unit if numbers else "", given if numbers else "")
 
@@ -589,15 +594,15 @@ def _mistakes(
         except SceneError as error:
             nowhere.add(path)
             place = next(iter(places.values()))
-            at = place[:-1] if isinstance(place[-1], int) else place
-            yield from (Mistake(at, mistake.message, mistake.hint) for mistake in error.mistakes)
+            entry = place[:-1] if isinstance(place[-1], int) else place
+            yield from (Mistake(entry, mistake.message, mistake.hint) for mistake in error.mistakes)
     for i, (path, places) in enumerate(zip(design.paths, design.places, strict=True)):
         if path in nowhere:
             continue
         first: dict[Value, Sequence[Setting]] = {}  # the point with which a value is checked
         for point, given in zip(design.points, settings, strict=True):
             first.setdefault(point[i], given)
-        wrong: set[KeyPath] = set()  # of a range one value tells what is wrong with all
+        wrong: set[KeyPath] = set()  # places of mistakes: a range counts once, by its first value
         steps, values = tuple(path.split(".")), tuple(places)
         for value in (*values[:: -(-len(values) // MOST_CHECKED)], values[-1]):
             place = places[value]
@@ -620,6 +625,7 @@ def _is_of(mistake: Mistake, path: KeyPath) -> bool:
 
 
 def _moved(mistake: Mistake, place: KeyPath, length: int) -> Mistake:
+    """A mistake of the scene as one of the study, at the place of the value."""
     inner = dotted(mistake.path[length:])
     message = f"{inner}: {mistake.message}" if inner else mistake.message
     return Mistake(place, message, mistake.hint)

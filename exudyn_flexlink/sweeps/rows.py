@@ -12,7 +12,7 @@ from math import isfinite, isnan
 from time import perf_counter
 from typing import Any
 
-from exudyn_flexlink.arguments import a, takes
+from exudyn_flexlink.arguments import instance_of, takes
 from exudyn_flexlink.loading import document_of_data, scene_of
 from exudyn_flexlink.observables import (
     ANGLE,
@@ -104,7 +104,7 @@ class OneRun:
         return self.row(result)
 
 
-@takes(result=a(Result))
+@takes(result=instance_of(Result))
 def standard_row(result: Result) -> dict[str, Scalar]:
     """Return what a sweep tells of a run that came to its end; units end the names.
 

@@ -44,8 +44,8 @@ from exudyn_flexlink.sweeps.plan import (
 )
 from exudyn_flexlink.sweeps.rows import COLUMNS, FAILED, Row, Scalar, Work
 
-MOST = 61  # processes of a pool, which can have no more on Windows
-AHEAD = 2  # tasks for each worker of Dask: one it does, and the next
+MOST_PROCESSES = 61  # of a pool, which can have no more on Windows
+AHEAD = 2  # tasks sent to each worker of Dask: the present one and the next
 SECONDS_TO_CONNECT = 20  # to Dask's scheduler
 ENDED = (
     "the process that ran it ended, as often as it was tried: killed, perhaps for want of memory, "
@@ -82,10 +82,11 @@ Executor = Callable[[Work], AbstractContextManager[Pool]]
 
 
 def executor_of(workers: int | None = None, scheduler: str | None = None) -> Executor:
-    """Return who makes the runs: `workers` processes, by default one for every core.
+    """Return what makes the runs: `workers` processes, by default one for every core.
 
-    One is this process itself; so are any in a worker of a pool, which may start none (daemonic
-    processes have no children). With the address of Dask's `scheduler`, its workers are.
+    A single worker is this process itself. A process that is a worker of another pool makes all
+    runs itself, since it can't start others (daemonic processes have no children). With the address
+    of Dask's `scheduler`, the workers of Dask make the runs.
 
     Raises:
         ValueError: both are given, or less than one worker.
@@ -106,10 +107,10 @@ def executor_of(workers: int | None = None, scheduler: str | None = None) -> Exe
 
 
 def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
-    """Give a row for every point, each once, in whatever order they are finished.
+    """Give a row for every point, each once, in the order in which they are finished.
 
-    Where a process ends, any run under way may be to blame: each of these is tried once more when
-    all others are done, alone. Closing the iterator ends all runs.
+    If a process ends, any run under way may be the cause. So each of them is tried once more,
+    alone, when all others are done. Closing the iterator ends all runs.
 
     Raises:
         CannotStartError: the executor can't do the work.
@@ -126,26 +127,26 @@ def _tried(
 ) -> Generator[Row, None, list[Point]]:
     """Try points, one at a time if `alone`; returns those whose process ended.
 
-    A pool that has lost a process gets no more points: what is left goes to a new one.
+    A pool that has lost a process gets no more points: a new pool takes those that wait.
     """
     waiting, lost = deque(points), []
     while waiting:
         with executor(work) as pool:
             running: dict[Future[Row], Point] = {}
-            most, whole = 1 if alone else pool.most, True
-            while running or (waiting and whole):
+            most, intact = 1 if alone else pool.most, True
+            while running or (waiting and intact):
                 try:
-                    while whole and waiting and len(running) < most:
+                    while intact and waiting and len(running) < most:
                         task = pool.submit(waiting[0])  # which may raise
                         running[task] = waiting.popleft()
                 except pool.lost:
-                    whole = False
+                    intact = False
                 for task in wait(running, return_when=FIRST_COMPLETED).done:
                     point = running.pop(task)
                     try:
                         row = task.result()
                     except pool.lost:
-                        whole = False
+                        intact = False
                         lost.append(point)
                     except CannotStartError:
                         raise
@@ -158,7 +159,7 @@ def _tried(
 
 @contextmanager
 def in_this_process(work: Work) -> Iterator[Pool]:
-    """Yield a pool that makes a run here, as it is given it."""
+    """Yield a pool that makes each run in this process, as soon as it gets the point."""
 
     def submit(point: Point) -> Future[Row]:
         made: Future[Row] = Future()
@@ -183,7 +184,7 @@ def local_processes(count: int, work: Work) -> Iterator[Pool]:
         sent = pickle.dumps(work)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise CannotStartError(NOT_SENT.format(error)) from error
-    count = min(count, MOST)
+    count = min(count, MOST_PROCESSES)
     context = get_context("spawn")  # a fork would share threads and locks of the engines
     pool = ProcessPoolExecutor(count, context, _begin, (sent,))
 
@@ -205,10 +206,10 @@ def local_processes(count: int, work: Work) -> Iterator[Pool]:
 
 @contextmanager
 def _starting() -> Iterator[None]:
-    """Let a process that is started inside begin as it should.
+    """Start processes inside this context, so that they neither get Ctrl-C nor fail to begin.
 
-    It never sees Ctrl-C, which ends the sweep as a whole, and does not read again what was no file,
-    such as '<stdin>'.
+    Ctrl-C is for the sweep as a whole. A new process reads the main script again, which fails if
+    that is no file, such as '<stdin>': then it has to read nothing.
     """
     main, masks = sys.modules["__main__"], hasattr(signal, "pthread_sigmask")  # not on Windows
     file = getattr(main, "__file__", None)
@@ -240,17 +241,17 @@ def _local_row(point: Point) -> Row:
     """Make the run of a point, in a process of the pool."""
     try:
         work: Work = pickle.loads(_sent[0])
-    except Exception as error:  # what it names is not to be found from here
+    except Exception as error:  # this process can't import a function that the work names
         raise CannotStartError(NOT_SENT.format(error)) from error
     return work.row(point)
 
 
 def _end_with_parent() -> None:
-    """End when the process that started this one does, however that ends."""
+    """End this process when the process that started it ends, for whatever reason."""
     parent = parent_process()
     if parent is not None:
         connection.wait([parent.sentinel])
-        os.kill(os.getpid(), signal.SIGTERM)  # which waits for a run that is being saved
+        os.kill(os.getpid(), signal.SIGTERM)  # its handler waits for a run that is being saved
 
 
 # --- workers of Dask --------------------------------------------------------------------------
@@ -260,8 +261,8 @@ def _end_with_parent() -> None:
 def dask_cluster(address: str, work: Work) -> Iterator[Pool]:
     """Yield a pool of the workers of a scheduler at an address such as ``tcp://host:8786``.
 
-    What was not begun is cancelled with the pool. Dask gives the tasks of a worker that ends to
-    others, and gives them up after some times.
+    When the pool closes, runs that did not begin are cancelled. If a worker ends, Dask gives its
+    tasks to other workers; after a few such ends it gives a task up.
 
     Raises:
         CannotStartError: there is no such scheduler, no worker that fits, or no Dask.
@@ -305,12 +306,12 @@ def _dask_row(work: Work, needed: Mapping[str, str], point: Point) -> Row:
 
 
 Keeper = Callable[[Row, int], None]
-"""Called with each row, and the number of rows that are there."""
+"""Called with each row, and the number of rows so far."""
 
 
 @dataclass(frozen=True)
 class SweepTable:
-    """What a sweep has given: its rows in the order of their points, and the `values` of these.
+    """The table of a sweep: rows in the order of their points, and the `values` of these points.
 
     `points` is the number of points of the plan: more than there are rows, if the sweep was
     interrupted. Numbers are in SI.
@@ -340,7 +341,7 @@ class SweepTable:
     def columns(self) -> dict[str, list[Scalar]]:
         """Return all columns by name: the run, its values, how it ended, its observables.
 
-        None stands for a number that there is not.
+        None stands for a number that does not exist.
         """
         columns: dict[str, list[Scalar]] = {
             column: [getattr(row, name) for row in self.rows] for column, name in COLUMNS.items()
@@ -361,7 +362,7 @@ def table_of(
     points: Iterable[tuple[str, Iterable[Value]]],
     rows: Mapping[str, Row],
 ) -> SweepTable:
-    """Return the table of points, each an id and values; `rows` are by ids, and may not be all."""
+    """Return the table of points, each an id and values; `rows` are by id, some may be missing."""
     every = [(identity, tuple(values)) for identity, values in points]
     made = [(rows[identity], values) for identity, values in every if identity in rows]
     return SweepTable(
@@ -384,7 +385,7 @@ def carried_out(
     """Make the runs of all points that have no row yet.
 
     `known` are rows of an earlier part of the sweep, by the id of their points. Ctrl-C ends the
-    sweep: what is missing then stays missing.
+    sweep; the table then lacks the rows of the other points.
 
     Raises:
         CannotStartError: no process can do the work.

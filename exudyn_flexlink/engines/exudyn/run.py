@@ -37,8 +37,8 @@ def run(
 ) -> Result:
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
-    Limits of steps, but that by their error, are `limits` times as long as usual. With `seed` it is
-    off by what rounding may be: see `finer`.
+    `limits` scales all limits of steps, except the limit that follows from a step's error. With
+    `seed` the start is off by rounding: see `finer`.
 
     Raises:
         NotRepresentableError: the formulation that the scene asks for can't represent it.

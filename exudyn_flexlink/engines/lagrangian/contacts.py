@@ -1,21 +1,21 @@
-r"""All that may touch: points of the link and faces of levers, the link and the walls of its guide.
+r"""Contacts: points of the link on faces of levers, the link and the walls of its guide.
 
-Seen from the axes of the face that it may touch, a point C is at
+In the axes of the face that it may touch, a point C has the place z and its derivatives z_k:
 
     z = d* e* (C - O) - z_0,        z_k = d* e* (C_k - O_k) - i delta z
 
-with e the unit vector of the angle of the face's part, O the place there that its axes turn about,
-d the face's direction in them and z_0 where it starts; C_k and O_k are derivatives by the
-coordinate k, and delta is 1 if that is the part's angle. The contact is a gap ``s Im z``, where s
-is the side of the face that is free, and a place ``Re z`` along it. It acts as ``F G + R T``: F
-presses along the gap's gradient G, R is friction along that of the place, T. Either the point
-belongs to the link and the face to guide or lever, which turn about their pivots, or a corner of
-the guide's mouth meets a rod, which turns about its start. Where the link is held on the guide's
-axis from both sides, s is the side on which it is not.
+Here e is the unit vector of the angle of the face's part, and O the point about which the part
+turns. In the part's axes, d is the face's direction and z_0 its start. C_k and O_k are derivatives
+by the coordinate k; delta is 1 if k is the part's angle. The contact has the gap ``s Im z``, with s
+the free side of the face, and the place ``Re z`` along the face. Its generalised force is ``F G + R
+T``: the force F presses along the gradient G of the gap, and R is friction along the gradient T of
+the place. Either a point of the link meets a face of guide or lever, which turn about their pivots,
+or a corner of the guide's mouth meets a rod, which turns about its start. If both sides of the
+guide hold the link on its axis, s is the side without the link.
 
-A pin with play in its slot is at the distance s = Im(t* (P - gamma)) from the curve's nearest place
-gamma, with t the unit tangent there, to the left of it. From its walls it is c - s and c + s away.
-Along the curve, of curvature k, it passes gamma's neighbours at v = Re(t* P'), so that
+A pin with play in its slot has the distance s = Im(t* (P - gamma)) to the left of gamma, the
+nearest place of the curve; t is the unit tangent at gamma. Its gaps to the walls are c - s and c +
+s, with c the clearance. With the speed v = Re(t* P') along the curve, and the curvature k,
 
     s_k = Im(t* P_k),      s'' = Im(t* P'') - k v^2 / (1 - k s)
 """
@@ -35,23 +35,23 @@ from exudyn_flexlink.mechanism import Anchor, FaceContact, Groove, Seen
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.rounding import SUM_ROUNDING
 
-AWAY = 1.0  # m: so far is a pin from walls of another lap, that is, it touches them never
+AWAY = 1.0  # m: gap between a pin and walls of another lap, which it never touches
 
 
 class Pushed(NamedTuple):
-    """What acts (k,) of the contacts at instants (m, k): forces, slopes, powers, gradients."""
+    """Contacts that act (k,), at instants (m, k): forces, slopes, powers, gradients."""
 
     which: IndexArray
     press: FloatArray  # N
     rub: FloatArray  # N: friction
-    power: FloatArray  # W: what the contact takes
+    power: FloatArray  # W: power that the contact dissipates or stores
     gap: FloatArray
     gap_rate: FloatArray
     slip: FloatArray
     rows: FloatArray  # (m, k, N): gradients of the gaps
-    slides: FloatArray  # (m, k, N): of the places
-    by_gap: FloatArray  # N/m: how the force rises with depth
-    by_rate: FloatArray  # N s/m: and with its speed
+    slides: FloatArray  # (m, k, N): gradients of the places
+    by_gap: FloatArray  # N/m: slope of the force by depth
+    by_rate: FloatArray  # N s/m: slope by the speed of depth
 
     @property
     def force(self) -> FloatArray:
@@ -65,7 +65,7 @@ class Pushed(NamedTuple):
 
 
 class Contacts:
-    """The contacts of a model; the first `faces` of them are those of levers, and of P's slot."""
+    """The contacts of a model; the first `faces` of them belong to levers and to P's slot."""
 
     def __init__(self, model: Model) -> None:
         layout, self.all = model.layout, model.contacts
@@ -93,7 +93,7 @@ class Contacts:
             [layout.coordinate(contact.start.part) for contact in straight], dtype=int
         )
         self._origin = np.array([complex(*pivot.at) for pivot in turned])
-        # Of those of the link: which point; of corners: from which end of a rod they are seen.
+        # Number of the link's point, or of the rod whose end a corner is seen from.
         points = [model.struck[contact.point] for contact in of_link]
         self._point = np.array(
             [*points, *(layout.rods.index(corner.start.part) for corner in corners)], dtype=int
@@ -101,81 +101,81 @@ class Contacts:
         self._centre = complex(*layout.guide.at)
         self._corner = np.array([_from(corner.point, layout.guide) for corner in corners])
 
-    # --- where they are -----------------------------------------------------------------------
+    # --- gaps and places ----------------------------------------------------------------------
 
     def inside(self, seen: Seen) -> FloatArray:
-        """How far (m) places are from the nearer ends of faces; infinite where there are none."""
+        """Distance (m) of places from the nearer end of the face; infinite if it has no ends."""
         ends = np.minimum(seen.place, self.length - seen.place)
         return np.where(np.isinf(self.length), np.inf, ends)
 
-    def look(self, at: Frame) -> Seen:
-        """Return all contacts at instants."""
+    def look(self, frame: Frame) -> Seen:
+        """Gaps, places and their rates of all contacts at the instants of a frame."""
         if not self._count:
-            return Seen(*np.zeros((4, len(at.q), 0)))
-        back, arm, z = self._places(at, slice(None))
-        going = at.going[:, self._point]
+            return Seen(*np.zeros((4, len(frame.q), 0)))
+        back, arm, z = self._places(frame, slice(None))
+        going = frame.going[:, self._point]
         if self._first_corner < self._count:
             corners = slice(self._first_corner, None)
-            # A corner is where the guide turns it, seen from the end of a rod.
-            turning = 1j * at.v[:, :1] * at.axes[:, :1] * self._corner
+            # The guide turns a corner; its place is seen from the end of a rod.
+            turning = 1j * frame.v[:, :1] * frame.axes[:, :1] * self._corner
             going[:, corners] = turning - going[:, corners]
-        rate = back * going - 1j * at.v[:, self._angle] * arm
+        rate = back * going - 1j * frame.v[:, self._angle] * arm
         side = self._sides(z, slice(None))
         return Seen(side * z.imag, z.real, side * rate.imag, rate.real)
 
     def _places(
-        self, at: Frame, which: IndexArray | slice
+        self, frame: Frame, which: IndexArray | slice
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """What turns into the faces' axes, and there points from the origins, and from starts."""
-        back = self._back[which] * at.axes[:, self._angle[which]].conj()
+        """Turns into the faces' axes; in these, points from the origins, and from the starts."""
+        back = self._back[which] * frame.axes[:, self._angle[which]].conj()
         if isinstance(which, slice):
             which = np.arange(self._count)
-        arms = at.points[:, self._point[which]]
+        arms = frame.points[:, self._point[which]]
         cut = int(np.searchsorted(which, self._first_corner))
         arms[:, :cut] -= self._origin[which[:cut]]
         if cut < len(which):
             corner = self._corner[which[cut:] - self._first_corner]
-            arms[:, cut:] = self._centre + at.axes[:, :1] * corner - arms[:, cut:]
+            arms[:, cut:] = self._centre + frame.axes[:, :1] * corner - arms[:, cut:]
         arms *= back
         return back, arms, arms - self._start[which]
 
     def _sides(self, z: ComplexArray, which: IndexArray | slice) -> FloatArray:
-        """Sides (m, k) of faces that are free."""
+        """Free sides (m, k) of faces: 1 or -1."""
         side, held = self._side[which], self._is_held[which]
         if held.any():
             side = np.where(held, np.where(z.imag > 0, -1.0, 1.0), side)
         return np.broadcast_to(side, z.shape)
 
-    def _rows(self, at: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _rows(self, frame: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gaps (m, k) of contacts (k,), increasing; gradients (m, k, N) of gaps and places."""
-        back, arm, z = self._places(at, which)
-        by, k = at.by[:, self._point[which]], np.arange(len(which))
+        back, arm, z = self._places(frame, which)
+        by, k = frame.by[:, self._point[which]], np.arange(len(which))
         cut = int(np.searchsorted(which, self._first_corner))
         if cut < len(which):
             corner = self._corner[which[cut:] - self._first_corner]
             by[:, cut:] *= -1
-            by[:, cut:, 0] += 1j * at.axes[:, :1] * corner
+            by[:, cut:, 0] += 1j * frame.axes[:, :1] * corner
         by *= back[:, :, None]
         by[:, k, self._angle[which]] -= 1j * arm
         side = self._sides(z, which)
         return side * z.imag, side[:, :, None] * by.imag, by.real
 
-    def bend(self, at: Frame, which: IndexArray) -> FloatArray:
-        """Second derivatives (m, k) of gaps of levers' contacts where no coordinate accelerates."""
-        back, arm, z = self._places(at, which)
-        turning, points = at.v[:, self._angle[which]], self._point[which]
-        bent = back * at.bends[:, points] - 2j * turning * back * at.going[:, points]
+    def bend(self, frame: Frame, which: IndexArray) -> FloatArray:
+        """Second derivatives (m, k) of gaps of levers' contacts if no coordinate accelerates."""
+        back, arm, z = self._places(frame, which)
+        turning, points = frame.v[:, self._angle[which]], self._point[which]
+        bent = back * frame.bends[:, points] - 2j * turning * back * frame.going[:, points]
         return np.asarray(self._sides(z, which) * (bent - turning**2 * arm).imag)
 
-    # --- how they push ------------------------------------------------------------------------
+    # --- forces -------------------------------------------------------------------------------
 
-    def push(self, at: Frame, which: IndexArray, approach: FloatArray) -> Pushed:
-        """Forces of the contacts `which` (k,), as their laws have it; of rigid ones none.
+    def push(self, frame: Frame, which: IndexArray, approach: FloatArray) -> Pushed:
+        """Forces of the contacts `which` (k,) by their laws; rigid ones have none.
 
         The touches of all contacts began with the speeds `approach` (c,), m/s. See `pressing`.
         """
-        gap, rows, slides = self._rows(at, which)
-        rate, slip = ((row @ at.v[:, :, None])[..., 0] for row in (rows, slides))
+        gap, rows, slides = self._rows(frame, which)
+        rate, slip = ((row @ frame.v[:, :, None])[..., 0] for row in (rows, slides))
         friction, creep = self._rubbing[:, which]
         press, by_gap, by_rate = self._laws.pressing(which, gap, rate, approach)
         rub = -friction * press * np.tanh(slip / creep)
@@ -185,11 +185,12 @@ class Contacts:
     def slopes_of(self, pushed: Pushed) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping (N, N) of walls that press, and of friction, at the first instant.
 
-        What a face does along its gap is left out: its force leaps, see `integrate.contact_share`.
+        Forces of faces along their gaps are left out: they leap, see `integrate.contact_share`.
         """
         friction, creep = self._rubbing[:, pushed.which]
         rubbing = np.tanh(pushed.slip[0] / creep)
-        # Pressing walls push along their gaps, and drag along their faces, as faces do, too.
+        # Walls that press push along their gaps. Their friction, and that of faces, acts along
+        # places.
         wall = np.where(pushed.which < self.faces, 0.0, 1.0)
         pressed, slid = pushed.rows[0].T, pushed.slides[0].T
         across = wall * pressed - friction * rubbing * slid
@@ -199,9 +200,9 @@ class Contacts:
 
 
 class PinOnTrack(TrackFollower):
-    """The place of a track next to a pin that has play there; `u` is the last accepted one.
+    """The place of a track nearest to a pin with play; `u` is the last accepted place.
 
-    At an open end the track goes on, and holds nothing.
+    Beyond an open end the track goes on, but holds nothing.
     """
 
     def __init__(self, groove: Groove, place: float, events: list[Event]) -> None:
@@ -209,7 +210,7 @@ class PinOnTrack(TrackFollower):
         self.groove = groove
 
     def left(self, u: float) -> tuple[float, float]:
-        """How far a place is from the ends of the present piece after which another one comes."""
+        """Distance of a place from those ends of the present piece that another piece follows."""
         ahead, behind = super().left(u)
         if next_piece(self.curve, self.piece, self.lap, 1) is None:
             ahead = np.inf
@@ -219,7 +220,7 @@ class PinOnTrack(TrackFollower):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Parameters between which a place is on the present piece."""
+        """Limits of the parameter on the present piece."""
         low, high = super().bounds
         ahead, behind = self.left(self.u)
         if behind == np.inf:
@@ -230,11 +231,11 @@ class PinOnTrack(TrackFollower):
 
     @property
     def shift(self) -> float:
-        """By how much the parameter of the whole curve is more than that of the present piece."""
+        """Difference between the parameter of the whole curve and that of the present piece."""
         return float(self.curve.breaks[self.piece] - self.present.start)
 
     def feet(self, points: ComplexArray) -> tuple[FloatArray, Places]:
-        """Places (m,) of the present piece next to points (m,), downhill from the last one."""
+        """Places (m,) of the present piece nearest to points (m,), searched from the last place."""
         places_of, piece = self.curve.pieces[self.piece].places, self.present
         u = np.full(len(points), self.u)
         for _ in range(NEWTON_STEPS):
@@ -248,15 +249,15 @@ class PinOnTrack(TrackFollower):
         return u, places
 
 
-LEAST_GROWTH = 0.1  # of the slope's growth on a straight track: with less the pin is off its centre
+LEAST_GROWTH = 0.1  # of the slope's growth on a straight track: less means near its centre
 FARTHEST = 0.05  # of a piece: longest step of the search
 
 
 class WallsSeen(NamedTuple):
     """Walls (k,) of a slot at instants (m,): gaps and rates (m, k), gradients (m, k, N).
 
-    `slide` has the gradients of places, with what friction takes of them (see `shapes.Look`), and
-    `bend` the second derivatives of gaps where no coordinate accelerates.
+    `slide` has the gradients of places, scaled for friction (see `shapes.Look`), and `bend` the
+    second derivatives of gaps if no coordinate accelerates.
     """
 
     gap: FloatArray
@@ -270,7 +271,7 @@ class WallsSeen(NamedTuple):
 class PinnedContacts(Contacts):
     """As `Contacts`, with the walls of the slot in which P has play.
 
-    They come after the levers' contacts. Only those of the present lap are near.
+    The walls come after the levers' contacts. Only those of the present lap can touch.
     """
 
     def __init__(self, model: Model, pin: PinOnTrack) -> None:
@@ -278,62 +279,62 @@ class PinnedContacts(Contacts):
         self._pin, count = pin, len(pin.groove.contacts)
         first = len(model.layout.faces)
         self._walls = np.arange(first, first + count)
-        # Numbers of all among the straight ones, -1 of walls.
+        # Numbers of all contacts among the straight ones; -1 for walls.
         self._straight = np.arange(len(self.all))
         self._straight[first:] -= count
         self._straight[self._walls] = -1
         self._turns = model.layout.coordinate(model.layout.rods[0])
 
-    def look(self, at: Frame) -> Seen:
-        """Return all contacts at instants."""
-        seen, walls = super().look(at), self._look_at_walls(at, self._walls)
+    def look(self, frame: Frame) -> Seen:
+        """Gaps, places and their rates of all contacts at the instants of a frame."""
+        seen, walls = super().look(frame), self._look_at_walls(frame, self._walls)
         first, pin = int(self._walls[0]), self._pin
-        u, _ = pin.feet(at.points[:, 0])
+        u, _ = pin.feet(frame.points[:, 0])
         along = pin.curve.arc_length.to(u + pin.shift)
         places = np.repeat(along[:, None], len(self._walls), axis=1)
         whole = zip(seen, (walls.gap, places, walls.gap_rate, walls.slip), strict=True)
         return Seen(*(np.insert(part, [first], wall, axis=1) for part, wall in whole))
 
-    def _rows(self, at: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _rows(self, frame: Frame, which: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         straight = self._straight[which]
         of_walls = straight < 0
         if not of_walls.any():
-            return super()._rows(at, straight)
-        shape = (len(at.q), len(which))
+            return super()._rows(frame, straight)
+        shape = (len(frame.q), len(which))
         gap = np.empty(shape)
-        rows = np.empty((*shape, at.q.shape[1]))
+        rows = np.empty((*shape, frame.q.shape[1]))
         slides = np.empty_like(rows)
         others = ~of_walls
         if others.any():
-            parts = super()._rows(at, straight[others])
+            parts = super()._rows(frame, straight[others])
             gap[:, others], rows[:, others], slides[:, others] = parts
-        walls = self._look_at_walls(at, which[of_walls])
+        walls = self._look_at_walls(frame, which[of_walls])
         gap[:, of_walls] = walls.gap
         rows[:, of_walls] = walls.row
         slides[:, of_walls] = walls.slide
         return gap, rows, slides
 
-    def bend(self, at: Frame, which: IndexArray) -> FloatArray:
-        """Second derivatives (m, k) of gaps where no coordinate accelerates."""
+    def bend(self, frame: Frame, which: IndexArray) -> FloatArray:
+        """Second derivatives (m, k) of gaps if no coordinate accelerates."""
         straight = self._straight[which]
         of_walls = straight < 0
-        bends = np.empty((len(at.q), len(which)))
+        bends = np.empty((len(frame.q), len(which)))
         if not of_walls.all():
-            bends[:, ~of_walls] = super().bend(at, straight[~of_walls])
+            bends[:, ~of_walls] = super().bend(frame, straight[~of_walls])
         if of_walls.any():
-            bends[:, of_walls] = self._look_at_walls(at, which[of_walls]).bend
+            bends[:, of_walls] = self._look_at_walls(frame, which[of_walls]).bend
         return bends
 
-    def _look_at_walls(self, at: Frame, which: IndexArray) -> WallsSeen:
-        """Look at some walls (k,)."""
-        groove, point = self._pin.groove, at.points[:, 0]
+    def _look_at_walls(self, frame: Frame, which: IndexArray) -> WallsSeen:
+        """Gaps of some walls (k,) and their derivatives."""
+        groove, point = self._pin.groove, frame.points[:, 0]
         _, (place, first, second) = self._pin.feet(point)
         speed = np.abs(first)
         back = (first / speed).conj()
         off = (back * (point - place)).imag
         curvature = (first.conj() * second).imag / speed**3
-        by = back[:, None] * at.by[:, 0]
-        passing = (back * at.going[:, 0]).real
+        by = back[:, None] * frame.by[:, 0]
+        passing = (back * frame.going[:, 0]).real
         near = 1 - curvature * off
         sides = np.array(groove.sides)[which - self._walls[0]]
         gap = groove.clearance - sides * off[:, None]
@@ -345,9 +346,9 @@ class PinnedContacts(Contacts):
         slides = (touching / farthest)[:, :, None] * by.real[:, None, :]
         slides[:, :, self._turns] += arm
         rows = -sides[:, None] * by.imag[:, None, :]
-        bent = (back * at.bends[:, 0]).imag
+        bent = (back * frame.bends[:, 0]).imag
         bent -= curvature * passing**2 / near
-        speeds = at.v[:, :, None]
+        speeds = frame.v[:, :, None]
         rate = (rows @ speeds)[:, :, 0]
         slip = (slides @ speeds)[:, :, 0]
         active = np.isin(which - self._walls[0], self._pin.groove.walls(self._pin.lap))
@@ -357,7 +358,7 @@ class PinnedContacts(Contacts):
 
 
 def _from(point: Anchor, pivot: Pivot) -> complex:
-    """A part's point, from its pivot."""
+    """A part's point relative to its pivot."""
     return complex(point.x, point.y) - complex(*pivot.pin)
 
 

@@ -1,7 +1,7 @@
-"""The hand-written equations of motion: the scenes that have them, and their numbers.
+"""The hand-written equations of motion: the scenes they cover, and their constants.
 
 Such a scene has one guide pinned to the ground, one link in its sleeve that starts in a slot, and
-any number of levers pinned to the ground. Whatever else a scene has is refused by name.
+any number of levers pinned to the ground. Anything else in a scene is refused by name.
 
 The equations are the paper's eq. 1, ``M q'' + h = Q``. Coordinates are angles: the guide's theta,
 which is also that of rod 1, the absolute angles of the other rods, and those of the levers.
@@ -19,12 +19,12 @@ of the rods, of masses m, Lagrange's equations then have
 
 J are moments of inertia: of rods about their centres, of guide and levers about their pivots.
 
-With play between link and guide all rods have angles of their own, the guide has its angle, and P's
-place u on its track is a coordinate: then it is ``gamma(u)``. With play between P and its slot the
-coordinate is how far P is along the guide, rho: then P is at ``C + rho e(theta)``, with C the
-guide's pivot. With play in both, x and y of P are the last two coordinates.
+With play between link and guide, the angles of all rods and of the guide are coordinates, and so is
+P's place u on its track: P is at ``gamma(u)``. With play between P and its slot, the last
+coordinate is the distance rho of P along the guide: P is at ``C + rho e(theta)``, with C the
+guide's pivot. With both kinds of play, x and y of P are the last two coordinates.
 
-Vectors are complex numbers, x + i y; all arrays have instants, the stages of a step, first.
+Vectors are complex numbers, x + i y. The first axis of all arrays counts instants, such as stages.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ from exudyn_flexlink.source import KeyPath
 
 @dataclass(frozen=True)
 class Pivot:
-    """A part hinged to the ground: its joint, the place on the ground, the hinge in its axes.
+    """A part hinged to the ground: its joint, and the hinge on the ground and in the part's axes.
 
     `second` tells whether the part is the joint's second body.
     """
@@ -88,7 +88,7 @@ class Pivot:
 
 @dataclass(frozen=True)
 class Layout:
-    """Which parts are guide, link (its rods in order) and levers, what drives and what is struck.
+    """The parts that are guide, link (its rods in order) and levers; the drives; the struck faces.
 
     With `play` between link and guide, the angle of rod 1 and P's place on its track (the last
     coordinate) are coordinates. Without it, the guide's angle determines both. If P `slides`, with
@@ -108,14 +108,14 @@ class Layout:
 
     @property
     def track_coordinate(self) -> int:
-        """First coordinate that determines where P is."""
+        """First coordinate that determines P's place."""
         if self.play or self.slides:
             return len(self.rods) + len(self.levers) + self.play
         return 0
 
     @property
     def way(self) -> float:
-        """Which way the motor turns the guide: -1 where the guide is its joint's first part."""
+        """Sense in which the motor turns the guide: -1 if the guide is the joint's first part."""
         return -1.0 if self.motor is not None and self.motor.second == GROUND else 1.0
 
     @property
@@ -169,7 +169,7 @@ def layout_of(scene: Scene, mechanism: Mechanism) -> Layout:
 
 
 def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[KeyPath, str]]:
-    """Paths of what this engine does not know in a scene, and a message for each."""
+    """Paths of a scene's items that this engine does not cover, and a message for each."""
     for bearing in mechanism.bearings:
         yield ("joints", bearing.name, "clearance"), "no journals in bearings"
     for stop in scene.stops.values():
@@ -195,14 +195,14 @@ def _lacking(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[KeyPath, str]
 
 
 def _rough_impacts(mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Slots whose walls rub in impacts, and what this engine lacks for them."""
+    """Slots with friction in impacts, and a message for each."""
     for groove in mechanism.grooves:
         if isinstance(groove.law, Impulse) and groove.friction is not None:
             yield ("joints", groove.name, "law", "friction"), "no friction in impacts"
 
 
 def _other_springs(scene: Scene, mechanism: Mechanism) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Springs that this engine does not know, and what it lacks for them."""
+    """Springs that this engine does not cover, and a message for each."""
     for name in (*scene.ropes, *(spring.name for spring in mechanism.linear_springs)):
         yield ("springs", name), "torsional springs alone"
     for turning in (spring for spring in mechanism.springs if spring.law):
@@ -279,7 +279,7 @@ def _ramp(drive: str, value: Applied) -> Ramp:
 
 
 def _motor(scene: Scene, mechanism: Mechanism, guide: Pivot) -> Motor | None:
-    """Motor that prescribes the guide's speed."""
+    """Motor that prescribes the guide's speed, if any."""
     for k, motor in enumerate(mechanism.speed_motors):
         drive = scene.drives[motor.name]
         if k > 0 or not (isinstance(drive, SpeedDrive) and drive.joint == guide.joint):
@@ -322,7 +322,7 @@ class Numbers:
     reaches: FloatArray  # (N,): of guide and levers from their pivots, m
     rods: slice  # the rods' coordinates
     track: int  # the coordinate that determines P's place
-    pivot: complex | None  # of the guide, m, along which P slides; None: it does not
+    pivot: complex | None  # m: of the guide along which P slides; None if P does not slide
     free: bool  # whether P has two coordinates
 
     @property
@@ -358,10 +358,10 @@ class Frame(NamedTuple):
 
 
 def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> Frame:
-    """Return the frame at all coordinates and speeds (m, N), where P's place is `track`.
+    """Return the frame for all coordinates and speeds (m, N), with P's place `track`.
 
-    Its derivatives are by the first coordinate that determines it; if P slides along the guide, the
-    guide's angle moves it, too.
+    The derivatives of `track` are by the first coordinate that determines P. If P slides along the
+    guide, the guide's angle moves P, too.
     """
     rod_rows, p, (place, first, second) = numbers.rods, numbers.track, track
     axes = np.exp(1j * q)
@@ -383,38 +383,40 @@ def frame_of(numbers: Numbers, q: FloatArray, v: FloatArray, track: Places) -> F
     return Frame(q, v, axes, points, going, by, bends)
 
 
-def mass_and_force(numbers: Numbers, at: Frame) -> tuple[FloatArray, FloatArray]:
+def mass_and_force(numbers: Numbers, frame: Frame) -> tuple[FloatArray, FloatArray]:
     """Mass matrices M (m, N, N) and forces ``Q - h`` (m, N), of springs, dampers and weight."""
-    by, bends = at.by[:, numbers.centres], at.bends[:, numbers.centres] - numbers.gravity
+    by, bends = frame.by[:, numbers.centres], frame.bends[:, numbers.centres] - numbers.gravity
     moved = np.concatenate([by, bends[:, :, None]], axis=2) * numbers.masses[:, None]
     summed = (by.conj().swapaxes(1, 2) @ moved).real
-    force = numbers.preload - at.q @ numbers.stiffness - at.v @ numbers.damping - summed[:, :, -1]
+    force = (
+        numbers.preload - frame.q @ numbers.stiffness - frame.v @ numbers.damping - summed[:, :, -1]
+    )
     if numbers.gravity:
-        force += ((numbers.moments * at.axes).conj() * numbers.gravity * -1j).real
+        force += ((numbers.moments * frame.axes).conj() * numbers.gravity * -1j).real
     return summed[:, :, :-1] + np.diag(numbers.inertias), force
 
 
-def momentum_rate(numbers: Numbers, at: Frame, a: FloatArray) -> ComplexArray:
+def momentum_rate(numbers: Numbers, frame: Frame, a: FloatArray) -> ComplexArray:
     """Rate (m,) of the link's momentum at accelerations (m, N), N."""
     middles = numbers.centres
-    moving = (at.by[:, middles] @ a[:, :, None])[:, :, 0] + at.bends[:, middles]
+    moving = (frame.by[:, middles] @ a[:, :, None])[:, :, 0] + frame.bends[:, middles]
     return np.asarray(moving @ numbers.masses)
 
 
-def moved_by(numbers: Numbers, at: Frame) -> ComplexArray:
-    """Derivatives (points, N) by the coordinates of ends of rods, guide and levers.
+def moved_by(numbers: Numbers, frame: Frame) -> ComplexArray:
+    """Derivatives (points, N) of ends of rods, guide and levers by the coordinates.
 
-    At the first of the instants.
+    They are those at the first instant.
     """
-    return np.concatenate([at.by[0, numbers.ends], np.diag(numbers.reaches)])
+    return np.concatenate([frame.by[0, numbers.ends], np.diag(numbers.reaches)])
 
 
 @dataclass(frozen=True)
 class Model:
     """The mechanism, its parts' roles, the constants of its equations.
 
-    The first `contacts` are those of levers, then come walls of P's slot, then the pairs of link
-    and guide. `struck` has the numbers of the link's points that are in contacts.
+    `contacts` are those of levers, then walls of P's slot, then pairs of link and guide. `struck`
+    has the numbers of the link's points that are in contacts.
     """
 
     assembly: Assembly
@@ -425,7 +427,7 @@ class Model:
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism behind the numbers."""
+        """The mechanism of the assembly."""
         return self.assembly.mechanism
 
     @property
@@ -456,19 +458,19 @@ class Model:
             v[layout.track_coordinate] = state.v[start, :2] @ tangent / (tangent @ tangent)
         return q, v
 
-    def poses(self, at: Frame) -> tuple[FloatArray, FloatArray]:
+    def poses(self, frame: Frame) -> tuple[FloatArray, FloatArray]:
         """Poses and rates (instants, parts, 3) of all parts."""
-        shape = (len(at.q), len(self.mechanism.parts), 3)
+        shape = (len(frame.q), len(self.mechanism.parts), 3)
         poses, rates, layout = np.empty(shape), np.empty(shape), self.layout
         for pivot in (layout.guide, *layout.levers):
             i, part = layout.coordinate(pivot.part), pivot.part
-            arm = complex(*pivot.pin) * at.axes[:, i]
-            _fill(poses[:, part], complex(*pivot.at) - arm, at.q[:, i])
-            _fill(rates[:, part], -1j * at.v[:, i] * arm, at.v[:, i])
+            arm = complex(*pivot.pin) * frame.axes[:, i]
+            _fill(poses[:, part], complex(*pivot.at) - arm, frame.q[:, i])
+            _fill(rates[:, part], -1j * frame.v[:, i] * arm, frame.v[:, i])
         for k, part in enumerate(layout.rods):
             i = layout.coordinate(part)
-            _fill(poses[:, part], at.points[:, k], at.q[:, i])
-            _fill(rates[:, part], at.going[:, k], at.v[:, i])
+            _fill(poses[:, part], frame.points[:, k], frame.q[:, i])
+            _fill(rates[:, part], frame.going[:, k], frame.v[:, i])
         return poses, rates
 
 
@@ -480,7 +482,7 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
     """Recognise the scene and compute the constants of its equations.
 
     Raises:
-        NotRepresentableError: it is not guide, link and levers.
+        NotRepresentableError: the scene is not guide, link and levers.
 
     """
     mechanism = assembly.mechanism
@@ -521,9 +523,9 @@ def build_model(scene: Scene, assembly: Assembly) -> Model:
 def _arms(
     mechanism: Mechanism, rods: tuple[int, ...], contacts: tuple[FaceContact, ...]
 ) -> tuple[FloatArray, dict[Anchor, int]]:
-    """Arms (points, n) of the link's points, see `Numbers`, and numbers of those in contacts.
+    """Arms (points, n) of the link's points, see `Numbers`, and numbers of points in contacts.
 
-    All lie on the rods' axes.
+    All points lie on the rods' axes.
     """
     joined = {pin.first.part: pin.first.x for pin in mechanism.pins if pin.first.part in rods}
     lengths = [joined.get(part, mechanism.parts[part].reach) for part in rods]

@@ -1,6 +1,6 @@
 """Guide, link and levers as a problem of the integration: steps, events, impacts, and the recorder.
 
-Impacts follow the paper's eq. 2 to 4: ``-e v_a = v_s`` along the normal. The configuration stays,
+Impacts follow the paper's eq. 2 to 4: ``-e v_a = v_s`` along the normal. The coordinates stay, and
 the speeds jump by the generalised impulse ``P_k = G_k p``:
 
     M (v_s - v_a) = G p                         (eq. 2, M the mass matrix of the free coordinates)
@@ -8,12 +8,13 @@ the speeds jump by the generalised impulse ``P_k = G_k p``:
     p = -(1 + e) g'_a / (G M^-1 G^T)
     energy lost = (1 - e^2)/2 g'_a^2 / (G M^-1 G^T)
 
-Forces of drives, joints and slot at the samples follow from Newton's law once the motion is known.
-With m a the momentum's rate of the whole link, F n the contact forces on it, g the weight's
-acceleration, e along the guide and N the force of the track along its normal:
+At the samples, forces of drives, joints and slot follow from the motion by Newton's law. Here m a
+is the rate of the whole link's momentum, F n are the contact forces on the link, g is the
+acceleration of gravity, e is the direction of the guide, and N is the force of the track along its
+normal:
 
-    along the guide:   m a.e = N (normal.e) + sum F n.e + m g.e    (the sleeve does not drag)
-    across it:         S = m a - N normal - sum F n - m g          (of the sleeve, on the link)
+    along the guide:   m a.e = N (normal.e) + sum F n.e + m g.e    (the sleeve has no friction)
+    across it:         S = m a - N normal - sum F n - m g          (force of the sleeve on the link)
     guide's pivot:     R = m_g a_g - m_g g + S
     a lever's pivot:   R = m_l a_l - m_l g + sum F n
 """
@@ -77,7 +78,7 @@ Path = Step | DenseStep
 
 
 class LinkKept(NamedTuple):
-    """What is kept of the mechanism at instants (m,)."""
+    """Quantities of the mechanism that are kept at instants (m,)."""
 
     poses: FloatArray  # (m, parts, 3)
     rates: FloatArray
@@ -93,7 +94,7 @@ class _Waiting(NamedTuple):
 
 
 class Recorder(BlockRecorder):
-    """Takes the steps of a system."""
+    """Records the steps of a system."""
 
     def __init__(self, system: System, grid: FloatArray, seeker: ExtremeSeeker) -> None:
         super().__init__(system.model.mechanism, grid, seeker, system.touches)
@@ -101,33 +102,33 @@ class Recorder(BlockRecorder):
         self._waiting: list[_Waiting] = []
 
     def due(self, step: Path) -> FloatArray:
-        """Samples (n,), s, within a step."""
+        """Times (n,), s, of the samples within a step."""
         return self._due(step.t + step.h)
 
-    def begin(self, at: Motion) -> None:
-        """Take the state (1,) at time 0."""
-        self._start(self._known(at))
+    def begin(self, motion: Motion) -> None:
+        """Record the state (1,) at time 0."""
+        self._start(self._known(motion))
 
-    def keep(self, at: Motion) -> None:
-        """Keep a state (1,) as it is now, after what happened there."""
-        self.work_off()
-        self._keep_now(self._known(at))
+    def keep(self, motion: Motion) -> None:
+        """Keep a state (1,) as it is after an event."""
+        self.record_waiting()
+        self._keep_now(self._known(motion))
 
     def take(self, step: Path, motion: Motion) -> None:
-        """Take a step, known at its nodes and then at the samples that are `due` in it."""
+        """Record a step; `motion` is that at its nodes, then at the samples `due` in it."""
         self._pass(step.t + step.h)
         self._waiting.append(_Waiting(step.t, step.h, motion))
         if len(self._waiting) >= AT_ONCE:
-            self.work_off()
+            self.record_waiting()
 
-    def work_off(self) -> None:
-        """Work off the steps that wait: the same contacts press in all of them."""
+    def record_waiting(self) -> None:
+        """Record the steps that wait: the same contacts press in all of them."""
         if not self._waiting:
             return
         t, h, motions = (list(column) for column in zip(*self._waiting, strict=True))
         self._waiting.clear()
         counts = np.array([len(motion.t) for motion in motions])
-        rows = np.arange(len(self.seeker.nodes))  # of nodes, the first that is known of a step
+        rows = np.arange(len(self.seeker.nodes))  # of nodes, which come first in a step
         nodes = (np.cumsum(counts) - counts)[:, None] + rows
         samples = np.delete(np.arange(counts.sum()), nodes.ravel())
         of = np.repeat(np.arange(len(counts)), counts - len(rows))
@@ -136,40 +137,42 @@ class Recorder(BlockRecorder):
         steps = Steps(np.array(t), np.array(h), nodes, samples, of)
         self._book(steps, known, self._rates(whole, known), known.pick(nodes[:, -1]))
 
-    def _known(self, at: Motion) -> Kept:
-        """What is known at instants, but for the totals."""
-        model, count = self.system.model, len(at.t)
-        a, held = self.system.accelerations(at)
+    def _known(self, motion: Motion) -> Kept:
+        """Kept quantities at instants, with totals still 0."""
+        model, count = self.system.model, len(motion.t)
+        a, held = self.system.accelerations(motion)
         press = np.zeros((count, len(self.contacts)))
-        if at.pushed is not None:
-            press[:, at.pushed.which] = at.pushed.press
+        if motion.pushed is not None:
+            press[:, motion.pushed.which] = motion.pushed.press
         press[:, self.system.held] = held
-        motor = self.system.motor_torque(at, a, held)
+        motor = self.system.motor_torque(motion, a, held)
         pressed = np.broadcast_to(self.touches.pressed, press.shape)
-        places = (at.place + self.system.track.shift)[:, None]
+        places = (motion.place + self.system.track.shift)[:, None]
         if model.layout.slides:
             places = places[:, :0]
-        kept = LinkKept(*model.poses(at.frame), a, momentum_rate(model.numbers, at.frame, a), motor)
-        return Kept(at.t, places, press, pressed, np.zeros((count, 2)), kept)
+        kept = LinkKept(
+            *model.poses(motion.frame), a, momentum_rate(model.numbers, motion.frame, a), motor
+        )
+        return Kept(motion.t, places, press, pressed, np.zeros((count, 2)), kept)
 
-    def _rates(self, at: Motion, known: Kept) -> Totals:
+    def _rates(self, motion: Motion, known: Kept) -> Totals:
         """Rates (m, ...) of the totals at instants."""
-        rates, v = self._totals(len(at.t)), at.frame.v
+        rates, v = self._totals(len(motion.t)), motion.frame.v
         rates.damped[:] = ((v @ self.system.model.numbers.damping) * v).sum(axis=1)
-        rates.supplied[:] = known.of_engine.motor * v[:, 0] + (at.motors * v).sum(axis=1)
+        rates.supplied[:] = known.of_engine.motor * v[:, 0] + (motion.motors * v).sum(axis=1)
         rates.impulses[:] = known.press
-        if at.pushed is not None:
-            rates.losses[:, at.pushed.which] = at.pushed.power
+        if motion.pushed is not None:
+            rates.losses[:, motion.pushed.which] = motion.pushed.power
         return rates
 
-    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
-        """Poses and rates (m, parts, 3) at instants that are kept."""
-        return at.of_engine.poses, at.of_engine.rates
+    def motion(self, rows: Kept) -> tuple[FloatArray, FloatArray]:
+        """Poses and rates (m, parts, 3) at kept instants."""
+        return rows.of_engine.poses, rows.of_engine.rates
 
 
 @dataclass(frozen=True)
 class Forces:
-    """Reactions (samples, 2) in N, global axes, at instants that were `kept`."""
+    """Reactions (samples, 2), N, in global axes, at `kept` instants."""
 
     model: Model
     kept: Kept
@@ -197,8 +200,8 @@ class Forces:
             rows = self.kept.press[:, k] != 0
             if not rows.any():
                 continue
-            at = self._link.poses[rows], self._link.rates[rows]
-            push = push_of(contact, *at, self.kept.press[rows, k])
+            pose_rate = self._link.poses[rows], self._link.rates[rows]
+            push = push_of(contact, *pose_rate, self.kept.press[rows, k])
             pushes[k, rows] = push if contact.point.part in rods else -push
         return pushes
 
@@ -215,9 +218,9 @@ class Forces:
 
     @cached_property
     def slot(self) -> FloatArray:
-        """Force of the track on P: all that the link lacks, or what it lacks along the guide."""
+        """Force of the track on P: the rest of Newton's law, or its part along the guide."""
         lacking = _plane(self._link.momentum_rate) - self._on_link
-        if self.model.layout.slides:  # the walls are among what acts on the link
+        if self.model.layout.slides:  # forces of walls are contact forces on the link
             return np.zeros_like(lacking)
         if self.model.layout.play:
             return np.asarray(lacking)
@@ -240,7 +243,7 @@ class Forces:
         return forces
 
     def _pivot(self, pivot: Pivot, given_on: FloatArray) -> FloatArray:
-        """Force of a pivot whose part gives the force `given_on` on to others."""
+        """Force of a pivot whose part exerts the force `given_on` on other parts."""
         k, numbers = self.model.layout.coordinate(pivot.part), self.model.numbers
         a, mass = self._link.accelerations[:, k], self.model.mechanism.parts[pivot.part].mass
         angle, speed = (column[:, pivot.part, 2] for column in (self._link.poses, self._link.rates))
@@ -254,13 +257,13 @@ def _plane(vectors: ComplexArray) -> FloatArray:
     return np.stack([vectors.real, vectors.imag], axis=-1)
 
 
-ROUNDS = 50  # of impacts that follow from one
+ROUNDS = 50  # impacts of other contacts that one impact may cause
 
 
 class Impact(NamedTuple):
     """Jump of the free speeds, impulse (N s), speeds along the normal (m/s), energy lost (J).
 
-    `work` (J) is what the speed drive does meanwhile.
+    `work` (J) is that of the speed drive during the impact.
     """
 
     jump: FloatArray
@@ -285,7 +288,7 @@ class Impacts:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.together: list[tuple[float, tuple[str, str]]] = []  # s, contacts with one impact
+        self.together: list[tuple[float, tuple[str, str]]] = []  # s: contacts that strike together
         self.bounces = {
             k: Bounces(contact.name, contact.law.restitution)
             for k, contact in enumerate(problem.system.contacts.all)
@@ -293,7 +296,7 @@ class Impacts:
         }
 
     def lifted(self, step: Path, nodes: Motion) -> list[tuple[float, int]]:
-        """When (s) contacts that are held closed would have to pull, within a step, and which."""
+        """Times (s) within a step at which closed contacts begin to pull, and their numbers."""
         system, lifts = self.problem.system, []
         for i, k in enumerate(system.held.tolist()):
             low = np.flatnonzero(system.accelerations(nodes)[1][:, i] < 0)
@@ -301,15 +304,15 @@ class Impacts:
                 continue
 
             def force(t: float, i: int = i) -> float:
-                at = np.array([t])
-                return float(system.accelerations(system.motion(at, *step.at(at)))[1][0, i])
+                times = np.array([t])
+                return float(system.accelerations(system.motion(times, *step.at(times)))[1][0, i])
 
             end = float(nodes.t[low[0]])
             lifts.append((step.t if low[0] == 0 else fall(force, step.t, end), k))
         return lifts
 
     def meet(self, time: float, k: int) -> None:
-        """The point of contact k meets its face: it bounces, or begins to press."""
+        """Let the point of contact k bounce off its face, or begin to press."""
         problem, e = self.problem, self.bounces[k].restitution
         recorder, before = problem.recorder, problem.seen
         totals = recorder.totals_of(k)
@@ -329,32 +332,32 @@ class Impacts:
             problem.change(time, k, Change.CLOSES, before, totals)
 
     def _gap_acceleration(self, k: int) -> float:
-        """G'' of a contact as long as it does not act."""
-        at = self.problem.begin_motion()
+        """Second derivative of the gap of a contact that does not act."""
+        motion = self.problem.begin_motion()
         system = self.problem.system
-        a, _ = system.accelerations(at)
-        rows = system.contacts.push(at.frame, np.array([k]), system.touches.approach).rows[0, 0]
-        return float(rows @ a[0] + system.contacts.bend(at.frame, np.array([k]))[0, 0])
+        a, _ = system.accelerations(motion)
+        rows = system.contacts.push(motion.frame, np.array([k]), system.touches.approach).rows[0, 0]
+        return float(rows @ a[0] + system.contacts.bend(motion.frame, np.array([k]))[0, 0])
 
     def _jump(self, k: int, e: float) -> Impact:
         """Let contact k strike: speeds jump."""
         problem = self.problem
-        at = problem.begin_motion()
-        system, mass = problem.system, at.mass[0]
+        motion = problem.begin_motion()
+        system, mass = problem.system, motion.mass[0]
         first = system.model.first
-        row = system.contacts.push(at.frame, np.array([k]), system.touches.approach).rows[0, 0]
-        hit = strike(mass[first:, first:], row[first:], float(row @ at.frame.v[0]), e)
+        row = system.contacts.push(motion.frame, np.array([k]), system.touches.approach).rows[0, 0]
+        hit = strike(mass[first:, first:], row[first:], float(row @ motion.frame.v[0]), e)
         problem.v = problem.v + hit.jump
         if first:
-            # The drive keeps the guide's speed: its impulse closes the guide's own row of eq. 2.
+            # The drive keeps the guide's speed: its impulse follows from the guide's row of eq. 2.
             torque = float(mass[0, 1:] @ hit.jump - row[0] * hit.impulse)
-            hit = hit._replace(work=torque * float(at.frame.v[0, 0]))
+            hit = hit._replace(work=torque * float(motion.frame.v[0, 0]))
         problem.recorder.leap(k, hit.impulse, hit.energy_lost, hit.work)
         problem.look_now()
         return hit
 
     def _settle(self, time: float, struck: int) -> None:
-        """Let an impact pass through closed contacts: they press on, without bounce, or end."""
+        """Pass an impact on to closed contacts: they stay pressed, without bounce, or open."""
         problem = self.problem
         for _ in range(ROUNDS):
             closed = [struck, *problem.system.held.tolist()]
@@ -371,35 +374,35 @@ class Impacts:
                 problem.change(time, k, Change.OPENS, problem.seen)
 
 
-TURN = 0.3  # rad of the guide in one step: P is searched from where the last one ended
+TURN = 0.3  # rad of the guide in a step: P is searched from its place at the step's start
 
 
 @dataclass(frozen=True)
 class FaceGuard(Guard):
-    """A contact of the scene, of this number, begins or ends."""
+    """The scene's contact of this number begins or ends."""
 
     problem: Problem
     contact: int
 
     def late(self, step: Path) -> float:
-        """How long (s) before a step's end its gap was closed; negative: after.
+        """Time (s) from the closing of the gap to a step's end; negative if the gap closes later.
 
-        Contacts by impulse do not ask: where speeds jump the method is the explicit one.
+        Contacts by impulse do not need it: if speeds jump, the explicit method is used.
         """
         return self.problem.late_gap(self.contact, step)
 
     def cross(self, time: float) -> None:
-        """Let it begin, end, or bounce."""
+        """Let the contact begin, end, or bounce."""
         self.problem.change_face(time, self.contact)
 
 
 class WallGuard(FaceGuard):
-    """A pair of link and guide, of this number, begins or ceases to press."""
+    """The pair of link and guide of this number begins or ceases to press."""
 
     bends = True
 
     def cross(self, time: float) -> None:
-        """Let all pairs that do so begin or cease to press."""
+        """Let all pairs begin or cease to press that do so at this instant."""
         self.problem.settle_walls(time, self.contact)
 
 
@@ -431,9 +434,9 @@ class Problem(HybridProblem):
         self.system, self.recorder, self.goal = system, recorder, goal
         self.reached, self.stop_reason, self.stop_advice = False, "", ""
         self._halves, self._end = half_periods(system.model.assembly), end
-        self._parts = recorder.seeker.nodes  # of a step, where it is known
+        self._parts = recorder.seeker.nodes  # nodes, as parts of a step
         self._last = len(self._parts) - 1
-        self._first = inf  # s: limit of the first step after a contact has closed
+        self._first = inf  # s: limit of the first step after a contact closes
         q, v = system.model.start
         self.q, self.v = q[system.model.first :], v[system.model.first :]
         self.time = 0.0
@@ -441,7 +444,7 @@ class Problem(HybridProblem):
         self.touches = system.touches
         self.bounds = DepthBounds(contacts.all)
         self.impacts = Impacts(self)
-        self._ahead: tuple[Path, Motion, Seen] | None = None  # the last step looked at
+        self._ahead: tuple[Path, Motion, Seen] | None = None  # the last evaluated step
         self.seen = Seen(*np.zeros((4, len(contacts.all))))
         self.look_now()
         faces = contacts.all[: contacts.faces]
@@ -456,21 +459,21 @@ class Problem(HybridProblem):
         self.settle_walls(0.0)
 
     def start_off(self) -> None:
-        """Start off by what rounding may be: see `finer`."""
+        """Change the start by a rounding error: see `finer`."""
         model = self.system.model
-        at = self.system.frame(np.zeros(1), self.q[None], self.v[None])[0]
-        lengths = np.abs(moved_by(model.numbers, at)).max(axis=0)[model.first :]
+        frame = self.system.frame(np.zeros(1), self.q[None], self.v[None])[0]
+        lengths = np.abs(moved_by(model.numbers, frame)).max(axis=0)[model.first :]
         self.q, self.v = seeded(model.assembly, (self.q, self.v), lengths)
         self.look_now()
 
-    # --- where it is --------------------------------------------------------------------------
+    # --- the present state --------------------------------------------------------------------
 
     def look_now(self) -> None:
-        """See all contacts where it is, and let the next search for P begin there."""
-        at, u = self.system.frame(np.array([self.time]), self.q[None], self.v[None])
+        """Evaluate all contacts at the present state; the next search for P begins there."""
+        frame, u = self.system.frame(np.array([self.time]), self.q[None], self.v[None])
         self.system.track.u = float(u[0])
-        self.all_q = at.q[0]
-        self.seen = self.system.contacts.look(at).pick(0)
+        self.all_q = frame.q[0]
+        self.seen = self.system.contacts.look(frame).pick(0)
 
     @property
     def over(self) -> bool:
@@ -479,13 +482,13 @@ class Problem(HybridProblem):
 
     @property
     def left(self) -> float | None:
-        """Angle still to turn, rad; None where time ends the run."""
+        """Angle still to turn, rad; None if time ends the run."""
         if self.goal is None:
             return None
         return 0.0 if self.reached else self._to_turn(self.all_q)
 
     def stop(self, reason: str, advice: str) -> None:
-        """End the run after the step that is under way, for a reason."""
+        """End the run after the present step, for a reason."""
         self.stop_reason, self.stop_advice = reason, advice
 
     def _to_turn(self, q: FloatArray) -> float:
@@ -493,10 +496,10 @@ class Problem(HybridProblem):
         row = turning_row(self.system.model.layout, self.goal.first, self.goal.second)
         return float(self.goal.turned - abs(float(row @ q) - self.goal.start))
 
-    def longest(self, at: Evaluation | None = None) -> float:  # noqa: ARG002
-        """Limit of the next step, s: the guide turns a little."""
+    def longest(self, evaluation: Evaluation | None = None) -> float:  # noqa: ARG002
+        """Limit of the next step, s: the guide turns by at most `TURN`."""
         speed, gain = map(abs, self.system.guide_speed(self.time, self.v))
-        faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice its mean while it turns so far
+        faster = speed + sqrt(speed**2 + 2 * gain * TURN)  # twice the mean speed over this angle
         return min(self._first, 2 * TURN / faster if faster > 0 else inf)
 
     # --- within a step ------------------------------------------------------------------------
@@ -514,27 +517,27 @@ class Problem(HybridProblem):
         return self._ahead[1:]
 
     def begin_motion(self) -> Motion:
-        """Motion (1,) where it is."""
+        """Motion (1,) at the present state."""
         return self.system.motion(np.array([self.time]), self.q[None], self.v[None])
 
     def first_event(self, step: Path) -> Crossing | None:
-        """What happens first within a step."""
+        """The first event within a step."""
         motion, path = self._nodes(step)
-        happening = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
+        events = [*self._end_of_piece(step, motion), *self._of_contacts(step, motion, path)]
         if self.goal is not None and self._to_turn(motion.frame.q[self._last]) < 0:
 
             def left(t: float) -> float:
                 return self._to_turn(self._at(step, t)[0].q[0])
 
-            happening.append(Crossing(fall(left, step.t, step.t + step.h), TurnsGuard(self)))
-        return min(happening, key=lambda event: event.time, default=None)
+            events.append(Crossing(fall(left, step.t, step.t + step.h), TurnsGuard(self)))
+        return min(events, key=lambda event: event.time, default=None)
 
     def _at(self, step: Path, t: float) -> tuple[Frame, FloatArray]:
-        at = np.array([t])
-        return self.system.frame(at, *step.at(at))
+        times = np.array([t])
+        return self.system.frame(times, *step.at(times))
 
     def _end_of_piece(self, step: Path, motion: Motion) -> list[Crossing]:
-        """Where P comes to an end of its piece, from which it may be back before the step ends."""
+        """Event of P at an end of its piece, even if P is back before the step ends."""
         track, places = self.system.track, motion.place[1 : self._last + 1]
         start, end = track.bounds
         if start <= places.min() and places.max() <= end:
@@ -547,7 +550,7 @@ class Problem(HybridProblem):
             return track.left(float(self._at(step, t)[1][0]))[which]
 
         beyond = step.t + step.h * float(self._parts[1 + node])
-        # It may start at an end, and be back there within the step.
+        # P may start at an end and come back to it within the step.
         end_of_piece = first_fall(left, None, (step.t, beyond))
         return [Crossing(beyond if end_of_piece is None else end_of_piece, PieceGuard(self, way))]
 
@@ -556,7 +559,7 @@ class Problem(HybridProblem):
         if not contacts.all:
             return []
         path, pressing = self.system.from_sides(path), self.touches.pressed
-        happening = []
+        events = []
         restless = np.flatnonzero(~calm(path, contacts.length, pressing, step.h))
         if len(restless):
             walls = np.flatnonzero(self._changed(step.t))
@@ -567,14 +570,14 @@ class Problem(HybridProblem):
             if first is not None:
                 part, k = first
                 guard = (FaceGuard if k < contacts.faces else WallGuard)(self, k)
-                happening.append(Crossing(step.t + part * step.h, guard))
+                events.append(Crossing(step.t + part * step.h, guard))
         if self.touches.rigid.any():
             lifted = self.impacts.lifted(step, motion.pick(slice(self._last + 1)))
-            happening += [Crossing(time, FaceGuard(self, k)) for time, k in lifted]
-        return happening
+            events += [Crossing(time, FaceGuard(self, k)) for time, k in lifted]
+        return events
 
     def _changed(self, time: float, contact: int | None = None) -> BoolArray:
-        """Walls' pairs that now (s) begin or cease to press, or did so unseen, (c,)."""
+        """Whether pairs (c,) begin or cease to press at a time (s), or did so undetected before."""
         contacts = self.system.contacts
         seen = self.system.from_sides(self.seen)
         begun = changed(seen, contacts.length, self.touches.pressed, time, contact)
@@ -582,35 +585,35 @@ class Problem(HybridProblem):
         return begun
 
     def late_gap(self, k: int, step: Path) -> float:
-        """How long (s) before a step's end the gap of a contact was closed; negative: after."""
+        """Time (s) from the closing of a gap to a step's end; negative if it closes later."""
         path, lengths = self.system.without_ends(self.system.from_sides(self._nodes(step)[1]))
         return late_by(path.pick(-1), lengths, k, step.t + step.h)
 
     # --- from step to step --------------------------------------------------------------------
 
-    def begin(self, at: Evaluation | None = None) -> None:  # noqa: ARG002
+    def begin(self, evaluation: Evaluation | None = None) -> None:  # noqa: ARG002
         """Record the state at time 0."""
         self.recorder.begin(self.begin_motion())
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
-        """Take up the present state."""
-        at = self.system.evaluate(time, self.q, self.v)
-        self.system.measure_moves(at.kept.pick(None).frame)
-        return at, State(self.q, self.v, at.accelerations)
+        """Evaluate the present state for the next step."""
+        evaluation = self.system.evaluate(time, self.q, self.v)
+        self.system.measure_moves(evaluation.kept.pick(None).frame)
+        return evaluation, State(self.q, self.v, evaluation.accelerations)
 
     def accelerate(self, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Accelerations (n,) of the free coordinates, with what holds rigid contacts closed."""
-        at = self.system.motion(np.array([t]), q[None], v[None])
-        return self.system.accelerations(at)[0][0, self.system.model.first :]
+        """Accelerations (n,) of the free coordinates; closed rigid contacts stay closed."""
+        motion = self.system.motion(np.array([t]), q[None], v[None])
+        return self.system.accelerations(motion)[0][0, self.system.model.first :]
 
-    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
-        """Matrix (n, n), s: the position error that a speed error becomes through slow modes."""
+    def position_per_speed_error(self, evaluation: Evaluation) -> FloatArray:
+        """Matrix (n, n), s: errors of positions per error of speeds, by slow modes."""
         first = self.system.model.first
         stiffness = self.system.model.numbers.stiffness[first:, first:]
-        return slow_motions(at.mass, stiffness, self._end, SHORTEST_SWING)
+        return slow_motions(evaluation.mass, stiffness, self._end, SHORTEST_SWING)
 
     def slipped(self, step: Step) -> float:
-        """How far (m) P, which follows the guide's angle, ended from where its speed takes it."""
+        """Distance (m) between P by the guide's angle and P by the integral of its velocity."""
         begin, stages = step.begin.kept.frame, step.stages.kept.frame
         moved = step.h * (step.method.weights @ stages.going[:, 0])
         return float(abs(stages.points[-1, 0] - begin.points[0] - moved))
@@ -620,9 +623,9 @@ class Problem(HybridProblem):
         motion, path = self._nodes(step)
         seen, self._first = path.pick(-1), inf
         self.time = step.t + step.h
-        first, at = self.system.model.first, motion.frame
-        self.all_q, self.seen = at.q[self._last], seen
-        self.q, self.v = at.q[self._last, first:], at.v[self._last, first:]
+        first, frame = self.system.model.first, motion.frame
+        self.all_q, self.seen = frame.q[self._last], seen
+        self.q, self.v = frame.q[self._last, first:], frame.v[self._last, first:]
         self.recorder.take(step, motion)
         self.system.track.u = float(motion.place[self._last])
         contacts = self.system.contacts
@@ -637,12 +640,12 @@ class Problem(HybridProblem):
             self.stop(reason, TOO_DEEP_ADVICE)
 
     def cross(self, event: Crossing) -> None:
-        """Let the event's guard change the equations, once what waits for them is worked off."""
-        self.recorder.work_off()
+        """Record the steps that wait, then let the event's guard change the equations."""
+        self.recorder.record_waiting()
         event.guard.cross(event.time)
 
     def next_piece(self, way: int) -> None:
-        """Go on along the next piece of the track; where there is none, the run stops."""
+        """Go on along the next piece of the track; without a next piece the run stops."""
         self.recorder.keep_last()
         track = self.system.track
         self.system.forget()
@@ -661,7 +664,7 @@ class Problem(HybridProblem):
             self.v[-1] *= abs(before) / abs(after)
 
     def _next_piece_of_pin(self, track: PinOnTrack, way: int) -> None:
-        """Let the walls of the next lap, if one begins, take over from those of the present one."""
+        """Replace the walls of a lap by those of the next, if one begins."""
         first = len(self.system.model.layout.faces)
         before = [first + k for k in track.groove.walls(track.lap)]
         track.next_piece(way, self.time)
@@ -677,17 +680,17 @@ class Problem(HybridProblem):
                 self.change(self.time, new, Change.CLOSES, self.seen._replace(gap_rate=rates))
 
     def settle_walls(self, time: float, contact: int | None = None) -> None:
-        """Let all pairs that do so at an event of this `contact` begin or cease to press."""
+        """Let all pairs begin or cease to press that do so at an event of this `contact`."""
         for k in np.flatnonzero(self._changed(time, contact)).tolist():
-            self.change(time, k, self._happening(k), self.seen)
+            self.change(time, k, self._change_of(k), self.seen)
 
-    def _happening(self, k: int) -> Change:
+    def _change_of(self, k: int) -> Change:
         inside = self.system.contacts.inside(self.seen)
         return self.touches.crossing(k, float(self.seen.gap[k]), float(inside[k]))
 
     def change_face(self, time: float, k: int) -> None:
         """Let a contact of the scene begin, end, or bounce."""
-        what, rigid = self._happening(k), bool(self.touches.rigid[k])
+        what, rigid = self._change_of(k), bool(self.touches.rigid[k])
         if what is Change.PASSES:
             self.change(time, k, what, self.seen)
             return
@@ -707,7 +710,7 @@ class Problem(HybridProblem):
         seen: Seen,
         since: tuple[float, float] | None = None,
     ) -> None:
-        """Let a contact begin or end, where it is `seen`; what it takes counts from `since` on."""
+        """Let a contact begin or end as `seen`; its totals count from those in `since`."""
         if what is Change.CLOSES:
             self._first = min(self._first, FIRST * self._halves[k])
         totals = self.recorder.totals_of(k) if since is None else since

@@ -1,8 +1,8 @@
 """Run a scene by the hand-written equations of motion.
 
-A scene's `accuracy.tolerance` is the error that the whole run may make in positions, m. The
-implicit method of order 9 or 13 keeps it, or SciPy's explicit DOP853, as the scene asks. If speeds
-jump, it is the explicit one.
+A scene's `accuracy.tolerance` (m) is the error that the whole run may make in positions. The
+implicit method of order 9 or 13 keeps it, or SciPy's explicit DOP853 if the scene asks for it. If
+speeds jump, the explicit method is used.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from exudyn_flexlink.scene import Scene
 
 PACKAGES = "scipy", "numpy"
 DOP853 = Integrator("DOP853", 8)
-WITHOUT_TOLERANCE = 1e-7  # m: if the scene gives a step instead, which this engine can't use
+WITHOUT_TOLERANCE = 1e-7  # m: for scenes that give a step instead; this engine has no fixed steps
 TIGHTEN = "tighten the tolerance, since more energy is missing than there is; then "
 ADVICE = (
     "look at the mechanism there: the guide's axis may touch the track (a dead centre), or a "
@@ -42,7 +42,7 @@ ADVICE = (
 
 @dataclass
 class Prepared:
-    """Everything that a solve needs and changes."""
+    """All objects that a solve reads and changes."""
 
     scene: Scene
     model: Model
@@ -70,8 +70,8 @@ def run(
 ) -> Result:
     """Simulate a scene; a run that fails is a Result with ``outcome.completed`` False.
 
-    Limits of steps, except that by their error, are `limits` times as long as usual. With `seed` it
-    starts off by as much as rounding may be: see `finer`.
+    Limits of steps, except that by their error, are `limits` times as long as usual. With `seed`
+    the start is changed by a rounding error: see `finer`.
 
     Raises:
         NotRepresentableError: the scene is not one guide, its link, and levers.
@@ -114,16 +114,16 @@ def prepare(
 
 
 def explicit(scene: Scene, mechanism: Mechanism) -> bool:
-    """Tell whether SciPy's explicit method is to solve a scene: asked for, or where speeds jump.
+    """Tell whether SciPy's explicit method solves a scene: on demand, or because speeds jump.
 
-    Ever lower bounces need errors that are small beside the bounce, not beside a length.
+    Bounces get lower and lower; their errors must be small against the bounce, not a length.
     """
     asked = scene.solver.integrator == "dop853" or scene.accuracy.tolerance is None
     return asked or any(isinstance(contact.law, Impulse) for contact in mechanism.touching)
 
 
 def solve(prepared: Prepared) -> str:
-    """Integrate to the end; return what went wrong, empty if nothing."""
+    """Integrate to the end; return what failed, empty if nothing did."""
     problem, recorder = prepared.problem, prepared.problem.recorder
     complaint = ""
     with interrupts(prepared.solution.interrupt):
@@ -140,7 +140,7 @@ def solve(prepared: Prepared) -> str:
 
 
 def finish(prepared: Prepared, complaint: str) -> Result:
-    """Put the Result together; its versions and timings are still to come."""
+    """Make the Result; versions and timings are added later."""
     recorder, model = prepared.problem.recorder, prepared.model
     kept = recorder.all_kept()
     forces = Forces(model, kept)

@@ -1,7 +1,7 @@
-"""Motion of guide, link and levers at instants, and the equations that it solves.
+"""Motion of guide, link and levers at instants, and its equations.
 
 Without play P is where the axis from the guide's pivot C, along e, crosses the track: with
-``w = gamma(u) - C`` and x the 2D cross product, ``e x w = 0``. Differentiated by the angle, with
+``w = gamma(u) - C`` and x the 2D cross product, ``e x w = 0``. Derivatives by the angle, with
 ``sigma = e x gamma_u`` and ``r = e.w``:
 
     u' = r / sigma,    u'' = (2 (e.gamma_u) u' - (e x gamma_uu) u'^2) / sigma
@@ -43,17 +43,18 @@ from exudyn_flexlink.mechanism import Seen, place_in
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.rounding import NEGLIGIBLE
 
-NEARLY = 1e-5  # sine of guide and track where steps got too short to go on: a dead centre
-SLANTING = 1e-2  # likewise, where a track that is lost was not touched
+# Sine of the angle between guide and track at a dead centre, if steps get too short to go on.
+NEARLY = 1e-5
+SLANTING = 1e-2  # such a sine: an axis that lost the track at a larger angle did not touch it
 TOUCHES = "the guide's axis touches the track"
 MISSES = "the guide's axis misses the track"
 
 
 class TrackPoint(TrackFollower):
-    """The track of P; `u` is where P was after the last accepted step, on the present piece.
+    """The track of P; `u` is P's place on the present piece after the last accepted step.
 
-    Every search starts there: trial steps leave no trace, but for the `trouble` of the last one
-    that found no place.
+    Every search starts from it, so trial steps leave no trace. Only the `trouble` of the last
+    search without a result is kept.
     """
 
     trouble = ""
@@ -64,20 +65,20 @@ class TrackPoint(TrackFollower):
         return self.curve.pieces[self.piece].places
 
     def crossed(self, centre: complex, axes: ComplexArray) -> tuple[FloatArray, Places]:
-        """Where axes (m,) from `centre` cross the present piece: u, and gamma and by the angle.
+        """Crossings of axes (m,) from `centre` with the piece: u, gamma, derivatives by angle.
 
-        Of several crossings it is the one that P comes to from its last place: along the way, which
-        is gone in parts that are sure, the axis must not be tangential to the track, nor P pass the
-        pivot.
+        Of several crossings it is the one that P reaches from its last place. The axis turns to it
+        in parts, each short enough for Newton's method; on the way it must not be tangential to the
+        track, and P must not pass the pivot.
 
         Raises:
-            DeadCentreError: there is none.
+            DeadCentreError: P reaches no crossing.
 
         """
         u, done, part = np.full(len(axes), self.u), 0.0, 1.0
         places = self.at(u)
         home = places[0] - centre
-        # The axis may have turned so far that P is on its other side: half turns do not count.
+        # The axis may have turned so far that P is behind the pivot; half turns do not count.
         turned = np.mod(np.angle(axes / home) + np.pi / 2, np.pi) - np.pi / 2
         rays = axes * np.where((axes / home * np.exp(-1j * turned)).real > 0, 1.0, -1.0)
         while done < 1.0:
@@ -104,45 +105,49 @@ class TrackPoint(TrackFollower):
         turned: FloatArray,
         last: tuple[FloatArray, Places],
     ) -> tuple[FloatArray, Places] | None:
-        """Go along with rays to where they are ahead, by Newton's method; None if that is not sure.
+        """Follow rays to their directions ahead by Newton's method; None if P might jump.
 
-        Seen along the ray there is one crossing on the way if the track bends there so little.
+        There is only one crossing on the way if the track bends little enough.
         """
         (now, ahead), (home, known) = rays, last
         back, by_u = ahead.conj(), known[1]
-        was, before = (now.conj() * by_u).imag, np.abs((back * by_u).imag)
-        if np.any(np.abs(was) < NEGLIGIBLE * np.abs(by_u)):
+        slope_before, steepness = (now.conj() * by_u).imag, np.abs((back * by_u).imag)
+        if np.any(np.abs(slope_before) < NEGLIGIBLE * np.abs(by_u)):
             return None
         rate, bend = _by_angle(centre, now, known)
         u, largest = home + turned * (rate + 0.5 * turned * bend), np.inf
         for _ in range(NEWTON_STEPS):
             place, first, second = places = self.at(u)
             slope, away = (back * first).imag, back * (place - centre)
-            if largest <= QUADRATIC * (1 + abs(self.u)):  # quadratic: the last step made it exact
+            if largest <= QUADRATIC * (1 + abs(self.u)):  # convergence is quadratic
                 break
             step = away.imag / slope
-            u, before_it, largest = u - step, largest, float(np.abs(step).max())
-            if not largest < before_it:
+            u, last_change, largest = u - step, largest, float(np.abs(step).max())
+            if not largest < last_change:
                 return None
         bends = max(np.abs(second).max(), np.abs(known[2]).max())
-        steep = bends * np.abs(u - home) <= np.minimum(np.abs(slope), before)
+        steep = bends * np.abs(u - home) <= np.minimum(np.abs(slope), steepness)
         enough = np.abs(slope) >= NEGLIGIBLE * np.abs(first)
-        return (u, places) if (steep & enough & (slope * was > 0) & (away.real > 0)).all() else None
+        return (
+            (u, places)
+            if (steep & enough & (slope * slope_before > 0) & (away.real > 0)).all()
+            else None
+        )
 
     def touched_by_axis(self, centre: complex) -> str:
-        """Say so if P is so near to a dead centre that its place is as good as undecided."""
+        """Message if P is so near to a dead centre that its place is practically undecided."""
         place, first, _ = (column[0] for column in self.at(np.array([self.u])))
         ray = (place - centre).conjugate()
         return TOUCHES if abs((ray * first).imag) < NEARLY * abs(ray * first) else ""
 
     @property
     def shift(self) -> float:
-        """By how much the parameter of the whole curve is more than that of the present piece."""
+        """Difference between the parameter of the whole curve and that of the present piece."""
         return float(self.curve.breaks[self.piece] - self.present.start)
 
 
 def _by_angle(centre: complex, rays: ComplexArray, places: Places) -> tuple[FloatArray, FloatArray]:
-    """Two derivatives of places u by the angle of the rays that cross the track there."""
+    """First two derivatives of places u by the angle of the rays that cross the track at u."""
     place, by_u, by_uu = places
     back = rays.conj()
     slope = (back * by_u).imag
@@ -150,15 +155,15 @@ def _by_angle(centre: complex, rays: ComplexArray, places: Places) -> tuple[Floa
     return rate, (2 * (back * by_u).real * rate - (back * by_uu).imag * rate**2) / slope
 
 
-ON_FACE = 1e9  # m: a face so long has no ends
-BAUMGARTE_RATE = 1e3  # 1/s: decay of the rounding in the gap of a held contact (Baumgarte 1972)
+ON_FACE = 1e9  # m: length of a face that counts as endless
+BAUMGARTE_RATE = 1e3  # 1/s: rounding in the gap of a held contact decays with it (Baumgarte 1972)
 
 
 class Timed(NamedTuple):
-    """What time alone tells at instants (m,) s.
+    """Functions of time alone, at instants (m,), s.
 
-    Angle, speed and acceleration of a driven guide, torques of motors (m, N); where P is, if that
-    follows: its places (m,) on its piece, and `track` as in `equations`.
+    Angle, speed and acceleration of a driven guide, and torques of motors (m, N). If the guide's
+    angle determines P: its places (m,) on the piece, and `track` with derivatives by the angle.
     """
 
     t: FloatArray
@@ -171,19 +176,19 @@ class Timed(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What is known at instants (m,) before accelerations; `mass` and `force` are of all N."""
+    """Motion at instants (m,) without accelerations; `mass` and `force` have all N rows."""
 
     t: FloatArray
     frame: Frame
-    place: FloatArray  # (m,): P's on its piece
+    place: FloatArray  # (m,): P's place on its piece
     alpha: FloatArray  # (m,): prescribed acceleration of the guide, rad/s^2
     motors: FloatArray  # (m, N): torques of motors
     mass: FloatArray
     force: FloatArray  # without rigid contacts
-    pushed: Pushed | None  # by the contacts that press with a penalty
+    pushed: Pushed | None  # of the contacts that press with a penalty
 
     def pick(self, which: int | slice | None) -> Motion:
-        """Return one of several instants, some, or (None) the only one as one of one."""
+        """Return one of several instants, or some; None puts an axis of length 1 before a state."""
         pushed = self.pushed and self.pushed.pick(which)
         alone = (self.t, self.place, self.alpha, self.motors, self.mass, self.force)
         t, *rest = (column[which] for column in alone)
@@ -191,7 +196,7 @@ class Motion(NamedTuple):
 
 
 def joined(parts: Sequence[Motion]) -> Motion:
-    """Return instants one after the other; the same contacts press at all of them."""
+    """Join motions along their instants; the same contacts press at all of them."""
     t, frames, *rest, pushes = zip(*parts, strict=True)
     frame = Frame._make(map(np.concatenate, zip(*frames, strict=True)))
     pushed: Pushed | None = pushes[0]
@@ -220,7 +225,7 @@ class System:
         self._centre = complex(*layout.guide.at)
         self._angle = float(model.start[0][0])
         self._timed: Timed | None = None
-        self._moves: ComplexArray  # how far coordinates move points, for `size`
+        self._moves: ComplexArray  # motions of points per unit of the coordinates, for `size`
         self._motors = [
             (ramp, turning_row(layout, motor.first, motor.second)) for motor, ramp in layout.torques
         ]
@@ -232,23 +237,23 @@ class System:
 
     @property
     def held(self) -> IndexArray:
-        """Contacts by impulse whose gaps stay closed."""
+        """Contacts by impulse that stay closed."""
         return np.flatnonzero(self.touches.pressed & self.touches.rigid)
 
     @property
     def dead_centre(self) -> str:
-        """Says so where the guide's angle does not tell where P is, or as good as not."""
+        """Message if the guide's angle does not determine P's place, or hardly; else empty."""
         track = self.track
         if self.model.layout.play or not isinstance(track, TrackPoint):
             return ""
         return track.trouble or track.touched_by_axis(self._centre)
 
     def forget(self) -> None:
-        """P goes on from another place, or on another piece."""
+        """Forget functions of time: P goes on from another place, or on another piece."""
         self._timed = None
 
-    def _at(self, t: FloatArray) -> Timed:
-        """What time tells at instants, once for all rounds of a step, and for its end."""
+    def _timed_at(self, t: FloatArray) -> Timed:
+        """Functions of time at instants, computed once for all rounds of a step and for its end."""
         known = self._timed
         if known is not None and len(known.t) == len(t) and (known.t == t).all():
             return known
@@ -269,25 +274,25 @@ class System:
         return timed
 
     def frame(self, t: FloatArray, q: FloatArray, v: FloatArray) -> tuple[Frame, FloatArray]:
-        """Where all is at instants (m,) s and free coordinates and speeds; P's places (m,).
+        """Frame and P's places (m,) at instants (m,), s, for free coordinates and speeds.
 
         Raises:
-            DeadCentreError: the guide's angle does not tell where P is.
+            DeadCentreError: the guide's angle does not determine P's place.
 
         """
-        model, now = self.model, self._at(t)
+        model, now = self.model, self._timed_at(t)
         if model.first:
             q = np.concatenate([now.angle[:, None], q], axis=1)
             v = np.concatenate([now.speed[:, None], v], axis=1)
         u, places = now.place, now.track
-        if not isinstance(self.track, TrackPoint):  # P slides along the guide, or goes anywhere
+        if not isinstance(self.track, TrackPoint):  # P slides along the guide, or moves freely
             along = np.exp(1j * q[:, 0])
             place = self._centre + q[:, -1] * along
             if model.numbers.free:
                 along = np.ones_like(along)
                 place = q[:, -2] + 1j * q[:, -1]
-            at = place, along, np.zeros_like(along)
-            frame = frame_of(model.numbers, q, v, at)
+            slot_point = place, along, np.zeros_like(along)
+            frame = frame_of(model.numbers, q, v, slot_point)
             return frame, self.track.feet(frame.points[:, 0])[0]
         if model.layout.play:
             u = q[:, -1]
@@ -298,64 +303,66 @@ class System:
 
     def motion(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Motion:
         """Mass matrices and forces; see `frame`."""
-        at, u = self.frame(t, q, v)
-        numbers, now = self.model.numbers, self._at(t)
-        mass, force = mass_and_force(numbers, at)
+        frame, u = self.frame(t, q, v)
+        numbers, now = self.model.numbers, self._timed_at(t)
+        mass, force = mass_and_force(numbers, frame)
         force, which = force + now.motors, self.giving_way
-        pushed = self.contacts.push(at, which, self.touches.approach) if len(which) else None
+        pushed = self.contacts.push(frame, which, self.touches.approach) if len(which) else None
         if pushed is not None:
             force = force + pushed.force
-        return Motion(t, at, u, now.alpha, now.motors, mass, force, pushed)
+        return Motion(t, frame, u, now.alpha, now.motors, mass, force, pushed)
 
-    def accelerations(self, at: Motion) -> tuple[FloatArray, FloatArray]:
-        """Accelerations (m, N), and forces (m, k) of the contacts that are held closed, N.
+    def accelerations(self, motion: Motion) -> tuple[FloatArray, FloatArray]:
+        """Accelerations (m, N), and forces (m, k) of the contacts that stay closed, N.
 
-        ``M q'' = Q - h + G^T F``, and for each of them ``g'' = G q'' + b = 0``, with what rounding
-        leaves of the gap dying out.
+        ``M q'' = Q - h + G^T F``, and for each of these contacts ``g'' = G q'' + b = 0``, with
+        terms that let rounding in the gap die out.
         """
         first, held = self.model.first, self.held
-        a = np.zeros(at.force.shape)
+        a = np.zeros(motion.force.shape)
         if first:
-            a[:, 0] = at.alpha
-        right = at.force[:, first:] - at.mass[:, first:, 0] * at.alpha[:, None] * bool(first)
-        mass, count = at.mass[:, first:, first:], at.force.shape[1] - first
+            a[:, 0] = motion.alpha
+        right = motion.force[:, first:] - motion.mass[:, first:, 0] * motion.alpha[:, None] * bool(
+            first
+        )
+        mass, count = motion.mass[:, first:, first:], motion.force.shape[1] - first
         if not len(held):
             a[:, first:] = np.linalg.solve(mass, right[:, :, None])[:, :, 0]
-            return a, np.zeros((len(at.t), 0))
-        closed = self.contacts.push(at.frame, held, self.touches.approach)
+            return a, np.zeros((len(motion.t), 0))
+        closed = self.contacts.push(motion.frame, held, self.touches.approach)
         rows = closed.rows[:, :, first:]
-        whole = np.zeros((len(at.t), count + len(held), count + len(held)))
+        whole = np.zeros((len(motion.t), count + len(held), count + len(held)))
         whole[:, :count, :count], whole[:, count:, :count] = mass, rows
         whole[:, :count, count:] = -rows.swapaxes(1, 2)
-        bend = self.contacts.bend(at.frame, held)
+        bend = self.contacts.bend(motion.frame, held)
         bend += BAUMGARTE_RATE * (2 * closed.gap_rate + BAUMGARTE_RATE * closed.gap)
         if first:
-            bend += closed.rows[:, :, 0] * at.alpha[:, None]
+            bend += closed.rows[:, :, 0] * motion.alpha[:, None]
         solved = np.linalg.solve(whole, np.concatenate([right, -bend], axis=1)[:, :, None])
         a[:, first:] = solved[:, :count, 0]
         return a, solved[:, count:, 0]
 
-    def motor_torque(self, at: Motion, a: FloatArray, held: FloatArray) -> FloatArray:
-        """Torque (m,) of the speed drive on the guide, from its own row of the equations, N m."""
+    def motor_torque(self, motion: Motion, a: FloatArray, held: FloatArray) -> FloatArray:
+        """Torque (m,), N m, of the speed drive on the guide, from the guide's equation."""
         if not self.model.first:
-            return np.zeros(len(at.t))
-        torque = np.einsum("mj,mj->m", at.mass[:, 0], a) - at.force[:, 0]
+            return np.zeros(len(motion.t))
+        torque = np.einsum("mj,mj->m", motion.mass[:, 0], a) - motion.force[:, 0]
         if held.shape[1]:
-            closed = self.contacts.push(at.frame, self.held, self.touches.approach)
+            closed = self.contacts.push(motion.frame, self.held, self.touches.approach)
             rows = closed.rows[:, :, 0]
             torque = torque - (rows * held).sum(axis=1)
         return np.asarray(torque)
 
-    # --- contacts, as events see them ----------------------------------------------------------
+    # --- contacts, for events -------------------------------------------------------------------
 
     def from_sides(self, path: Seen) -> Seen:
-        """Contacts seen from where they are: behind a face its gap is that to its back.
+        """Contacts seen from their present sides: behind a face the gap is that to its back.
 
-        What is held closed is as if behind a face that never opens.
+        A contact that stays closed counts as behind a face that never opens.
         """
         contacts, faces = self.contacts, self.contacts.faces
         endless = np.isinf(contacts.length)
-        if endless.any():  # they may be anywhere
+        if endless.any():  # a point is always beside an endless face
             place, slip = np.where(endless, 1.0, path.place), np.where(endless, 0.0, path.slip)
             path = path._replace(place=place, slip=slip)
         closed = contacts.held | (self.touches.rigid & self.touches.pressed)
@@ -369,7 +376,7 @@ class System:
         return path
 
     def without_ends(self, path: Seen) -> tuple[Seen, FloatArray]:
-        """Levers' contacts that do not press, as if their faces had no ends; and all lengths."""
+        """Contacts and lengths, with endless faces for levers' contacts that do not press."""
         free = ~self.touches.pressed
         free[self.contacts.faces :] = False
         place, slip = np.where(free, ON_FACE / 2, path.place), np.where(free, 0.0, path.slip)
@@ -377,36 +384,36 @@ class System:
         return path._replace(place=place, slip=slip), lengths
 
     def guide_speed(self, time: float, v: FloatArray) -> tuple[float, float]:
-        """Speed of the guide, rad/s, and of a driven one its rate, rad/s^2, at a time (s)."""
+        """Speed of the guide, rad/s, and the prescribed acceleration, rad/s^2, at a time (s)."""
         ramp, now = self.model.layout.ramp, np.array([time])
         if ramp is None:
             return float(v[0]), 0.0
         return float(ramp.values(now)[0]), float(ramp.rates(now)[0])
 
-    # --- as `integrate.radau` asks for it -----------------------------------------------------
+    # --- the interface of `integrate.radau` ----------------------------------------------------
 
     def evaluate(self, t: float, q: FloatArray, v: FloatArray) -> Evaluation:
         """Mass matrix and force at one instant (s)."""
         return self.evaluate_stages(np.array([t]), q[None], v[None]).pick(0)
 
     def evaluate_stages(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Evaluation:
-        """Likewise at several, of free coordinates."""
-        at = self.motion(t, q, v)
+        """Mass matrices and forces at several instants, for free coordinates."""
+        motion = self.motion(t, q, v)
         first, faces = self.model.first, self.contacts.faces
-        force, mass = at.force[:, first:], at.mass[:, first:, first:]
+        force, mass = motion.force[:, first:], motion.mass[:, first:, first:]
         if first:
-            force = force - at.mass[:, first:, 0] * at.alpha[:, None]
+            force = force - motion.mass[:, first:, 0] * motion.alpha[:, None]
         touching = np.zeros((len(t), 0, 2))
-        if at.pushed is not None:
-            of_faces = at.pushed.which < faces
+        if motion.pushed is not None:
+            of_faces = motion.pushed.which < faces
             touching = np.stack(
-                [at.pushed.gap[:, of_faces], at.pushed.gap_rate[:, of_faces]], axis=2
+                [motion.pushed.gap[:, of_faces], motion.pushed.gap_rate[:, of_faces]], axis=2
             )
-        return Evaluation(mass, force, at, touching)
+        return Evaluation(mass, force, motion, touching)
 
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Springs and dampers, walls and friction."""
-        kept: Motion = at.kept.pick(None)
+    def jacobians(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping of springs, dampers, walls and friction."""
+        kept: Motion = evaluation.kept.pick(None)
         first, numbers = self.model.first, self.model.numbers
         self.measure_moves(kept.frame)
         stiffness, damping = numbers.stiffness, numbers.damping
@@ -416,12 +423,12 @@ class System:
         return stiffness[first:, first:], damping[first:, first:]
 
     def measure_moves(self, frame: Frame) -> None:
-        """Take how far coordinates move points at a frame (1,), for `size`."""
+        """Measure motions of points per unit of the coordinates at a frame (1,), for `size`."""
         self._moves = moved_by(self.model.numbers, frame)[:, self.model.first :].T.copy()
 
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+    def contacts_at(self, evaluation: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, n) of the gaps of levers' contacts that press, and their forces."""
-        pushed, first = at.kept.pushed, self.model.first
+        pushed, first = evaluation.kept.pushed, self.model.first
         if pushed is None or not (pushed.which < self.contacts.faces).any():
             return None
         of_faces = pushed.which < self.contacts.faces
@@ -430,29 +437,33 @@ class System:
         return pushed.rows[of_faces][:, first:], press_by(laws, self.touches.approach[which])
 
     def size(self, change: FloatArray) -> float:
-        """How far (m) changes (..., n) of the coordinates move anything, at most."""
+        """Largest motion (m) of a point by changes (..., n) of the coordinates."""
         return float(np.abs(change @ self._moves).max(initial=0.0))
 
     def knots(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Of the track's present piece: where its third derivative jumps, and by how much."""
+        """Parameters and sizes of jumps of the third derivative on the track's present piece."""
         if self.model.layout.slides:
             return []
         values, jumps = self.track.present.knots
         return [(values, jumps)]
 
-    def places(self, at: Evaluation) -> list[float]:
-        """P's place on it, but for a pin with play: its track does not push it all the time."""
-        return [] if self.model.layout.slides else [float(at.kept.place)]
+    def places(self, evaluation: Evaluation) -> list[float]:
+        """P's place on this piece; none for a pin with play: the track does not always push it."""
+        return [] if self.model.layout.slides else [float(evaluation.kept.place)]
 
-    def moved_by_point(self, k: int, at: Evaluation) -> float:  # noqa: ARG002
-        """How much (m/s^2) things accelerate if the track pushes P aside by 1 m/s^2.
+    def moved_by_point(self, k: int, evaluation: Evaluation) -> float:  # noqa: ARG002
+        """Largest acceleration (m/s^2) of a point if the track pushes P aside by 1 m/s^2.
 
-        Pushed aside, P slides along the guide by 1 / sine of the angle between the two, unless
-        there is play between them.
+        P then slides along the guide by 1 / sine of the angle between guide and track, unless link
+        and guide have play.
         """
-        if not len(at.force) or not isinstance(self.track, TrackPoint):
+        if not len(evaluation.force) or not isinstance(self.track, TrackPoint):
             return 0.0
-        model, frame, place = self.model, at.kept.frame, np.array([float(at.kept.place)])
+        model, frame, place = (
+            self.model,
+            evaluation.kept.frame,
+            np.array([float(evaluation.kept.place)]),
+        )
         along = self.track.at(place)[1][0]
         along /= abs(along)
         pushed = 1j * along
@@ -461,4 +472,4 @@ class System:
             pushed = axis / max(abs((axis.conjugate() * along).imag), NEGLIGIBLE)
         by = frame.by[model.numbers.centres, model.first :]
         pulled = ((by.conj() * pushed).real * model.numbers.masses[:, None]).sum(axis=0)
-        return self.size(np.asarray(np.linalg.solve(at.mass, pulled)))
+        return self.size(np.asarray(np.linalg.solve(evaluation.mass, pulled)))

@@ -1,17 +1,17 @@
-"""Rows of closures as sums of terms, whose derivatives are terms again.
+"""Rows of closures as sums of terms; derivatives of terms are terms, too.
 
-The gap of a joint, from its first point to its second in axes that its first part carries, is a sum
-of arms: each of constant length, or as long as the coordinate s of a slide, and turned by a sum phi
-of hinges' angles. So gaps, and all other rows r of closures, are sums of terms f with constant
-weights W:
+The gap of a joint is the vector from its first point to its second, in axes of its first part. It
+is a sum of arms. The length of an arm is constant, or the coordinate s of a slide; its angle is a
+sum phi of hinges' angles. So gaps, and all other rows r of closures, are sums of terms f with
+constant weights W:
 
     r = W f,      f = (y, 1, cos phi, s cos phi, sin phi, s sin phi, gamma, gamma_u, gamma_uu)
 
 with y the coordinates and gamma(u) the places on the curves of slots. Terms are functions of
-arguments phi, s, u and y, which are sums of coordinates, and a derivative of a term by one of them
-is another term, but for its sign. So one product of f and a constant table gives the rows and their
-Jacobian. At speeds y' second derivatives without accelerations are sums of products of a term and
-the rates of two arguments, as in
+arguments phi, s, u and y, which are sums of coordinates. The derivative of a term by an argument is
+plus or minus another term. So a product of f and a constant table gives the rows and their
+Jacobian. At speeds y', second derivatives without accelerations are sums of products of a term and
+the rates of two arguments, for example
 
     (s cos phi)'' = -(s cos phi) phi' phi' - (sin phi) phi' s' - (sin phi) s' phi'
 """
@@ -32,23 +32,23 @@ from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, TreeLayout
 
 # The slots' curves: points and two derivatives (n,) at parameters (n,).
 Curves = Sequence[Callable[[FloatArray], Places]]
-# How an arm's angle grows with the coordinates of the tree, and the slide that is its length.
+# Derivatives of an arm's angle by the coordinates of the tree, and the slide of its length.
 Turn = tuple[tuple[float, ...], int | None]
 
-DENSE = 30_000  # numbers: larger tables, of which the most are zero, are multiplied as sparse ones
+DENSE = 30_000  # numbers: larger tables have mostly zeros and are multiplied as sparse matrices
 
 
 class Terms:
-    """Terms of gaps, what their derivatives are, and the gaps as sums of them.
+    """Terms of gaps, their derivatives, and the gaps as sums of terms.
 
-    Coordinates y are those of the tree, then the slots' places, then the ways of drives that move
-    no coordinate of the tree. `gaps` (gaps, terms) are complex weights. `angles` (coordinates,
-    arms) are how the arms' angles depend on y; from the terms `cosines`, `sines` and `curves` on
-    those of arms and curves follow. Terms `slid` are multiplied by the coordinates `slides`.
+    Coordinates y are those of the tree, then the slots' places, then the motions of drives that
+    move no coordinate of the tree. `gaps` (gaps, terms) are complex weights. `angles` (coordinates,
+    arms) are derivatives of the arms' angles by y. `cosines`, `sines` and `curves` are the numbers
+    of the first terms of each kind. Terms `slid` are multiplied by the coordinates `slides`.
 
-    Derivatives by each coordinate, and after those the terms themselves, are the sums `slopes`
-    (terms, (coordinates + 1) * terms) of terms. Second derivatives are the sums `bends` (terms,
-    products) of products of terms `bent` (products,) and two `rates` (coordinates, 2 * products).
+    `slopes` (terms, (coordinates + 1) * terms) are the weights of derivatives by each coordinate,
+    then of the terms themselves. Second derivatives are sums, with the weights `bends` (terms,
+    products), of products of terms `bent` (products,) and two `rates` (coordinates, 2 * products).
     """
 
     def __init__(
@@ -60,14 +60,15 @@ class Terms:
     ) -> None:
         """`ends` are both points of each gap, and the angle of its axes against the first part.
 
-        `slots` are the gaps that are closed by a point of a curve.
+        `slots` are the numbers of gaps between a point and a curve.
         """
         weights: dict[Turn, ComplexArray] = defaultdict(lambda: np.zeros(len(ends), dtype=complex))
         for gap, (first, second, angle) in enumerate(ends):
             for anchor, side in ((first, -1.0), (second, 1.0)):
                 for turn, arm in _arms(layout, anchor, first.part, angle):
                     weights[turn][gap] += side * arm
-        # What both points share cancels. With each slide its derivative, of constant length.
+        # Arms of both points cancel. Each arm along a slide needs its derivative, of constant
+        # length.
         used = [turn for turn, weight in weights.items() if weight.any()]
         arms = list(dict.fromkeys(arm for turn in used for arm in (turn, (turn[0], None))))
         links, count = len(layout.links), len(arms)
@@ -94,7 +95,7 @@ class Terms:
         self.slid = np.append(self.cosines + along, self.sines + along)
         self.slides = np.tile(slides, 2)
         derivatives: list[tuple[Any, ...]] = [
-            # Terms, their derivatives but for the sign, by which arguments, and the signs.
+            # Terms, the terms of their derivatives, the arguments, and the signs.
             (coordinate, unit, coordinate, 1),
             (cosine, cosine + count, unit + np.arange(count), -1),
             (cosine + count, cosine, unit + np.arange(count), 1),
@@ -106,13 +107,13 @@ class Terms:
         ]
         term, by, argument, sign = np.hstack(columns)
         arguments = np.hstack([np.eye(unit), self.angles])
-        at, k = np.nonzero(arguments[:, argument])
+        terms, k = np.nonzero(arguments[:, argument])
         numbers = np.arange(self.count)
         self.slopes = _matrix(
-            np.append(sign[k] * arguments[at, argument[k]], np.ones(self.count)),
+            np.append(sign[k] * arguments[terms, argument[k]], np.ones(self.count)),
             (
                 np.append(term[k], numbers),
-                np.append(at * self.count + by[k], unit * self.count + numbers),
+                np.append(terms * self.count + by[k], unit * self.count + numbers),
             ),
             (self.count, (unit + 1) * self.count),
         )
@@ -129,7 +130,7 @@ def _arms(
 ) -> Iterator[tuple[Turn, complex]]:
     """Arms (m; without unit along slides) from the ground to an anchor.
 
-    They are in axes at an angle `along` (rad) against a part.
+    They are in axes turned by `along` (rad) against a part.
     """
     axis = np.exp(-1j * (layout.turn(GROUND, part) + along))
     angle = -layout.turning_row(GROUND, part)
@@ -146,7 +147,7 @@ def _arms(
 
 
 class Table:
-    """Rows (rows, terms) of closures with their derivatives, by coordinates in some `order`."""
+    """Rows (rows, terms) of closures and their derivatives by coordinates in a given `order`."""
 
     def __init__(self, terms: Terms, rows: FloatArray, order: IndexArray) -> None:
         self._terms, unit = terms, terms.coordinates
@@ -173,12 +174,12 @@ class Table:
         if len(self._slides):
             f[:, terms.slid] *= y[:, self._slides]
         for k, curve in enumerate(curves):
-            at = f[:, terms.curves + 6 * k :][:, :6].view(complex)
-            at.T[:] = curve(y[:, self._places[k]])
+            places = f[:, terms.curves + 6 * k :][:, :6].view(complex)
+            places.T[:] = curve(y[:, self._places[k]])
         return f
 
     def slopes(self, f: FloatArray) -> FloatArray:
-        """Derivatives (n, rows, coordinates + 1) of the rows, and in the last column the rows."""
+        """Derivatives (n, rows, coordinates + 1) of the rows; the last column has the rows."""
         return np.ascontiguousarray(f @ self._slopes).reshape(len(f), *self._shape)
 
     def bends(self, f: FloatArray, v: FloatArray) -> FloatArray:
@@ -188,17 +189,19 @@ class Table:
         return np.asarray(products @ self._bends)
 
 
-def _matrix(values: FloatArray, at: tuple[IndexArray, IndexArray], shape: tuple[int, int]) -> Any:
-    """Matrix of few numbers, sparse if it is so large that zeros count."""
-    if np.prod(shape) > 10 * DENSE:  # it is multiplied but a few times
-        return csr_array((values, at), shape=shape)
+def _matrix(
+    values: FloatArray, entries: tuple[IndexArray, IndexArray], shape: tuple[int, int]
+) -> Any:
+    """Matrix of few entries, sparse if it is large."""
+    if np.prod(shape) > 10 * DENSE:  # it is multiplied only a few times
+        return csr_array((values, entries), shape=shape)
     matrix = np.zeros(shape)
-    matrix[at] = values
+    matrix[entries] = values
     return matrix
 
 
 def _packed(matrix: Any) -> Any:
-    """Transpose of a matrix, dense if that is small, else sparse."""
+    """Transpose of a matrix, dense if it is small, else sparse."""
     if np.prod(matrix.shape) > DENSE:
         return csr_array(matrix).T
     return (matrix.toarray() if issparse(matrix) else matrix).T.copy()

@@ -53,8 +53,9 @@ class Closures:
     `joints` are all closures but motors and gears, `parts` the first and second part of each.
     `motors` and `gears` come with the number of their row; `scale` (rows,) tells how many metres a
     unit of a row counts. `rows` (rows, terms) are the weights of terms. The coordinates `known` are
-    those that motors prescribe or that are held, then the ways of motors and gears: at time 0 they
-    are at `start`, and move by the motors `prescribed`: number among them, motor and sign.
+    those that motors prescribe or that are held, then the ways of motors and gears. At time 0 they
+    have the values `start`; `prescribed` motors then move them, each a tuple of the coordinate's
+    number among the known ones, the motor, and a sign.
     """
 
     def __init__(
@@ -81,15 +82,15 @@ class Closures:
         self._axes = np.array([layout.turn(GROUND, first.part) + along for first, _, along in ends])
 
         # What each row holds of gaps and of angles, and how many metres a unit of it counts.
-        part = np.eye(len(ends), dtype=complex)
+        real = np.eye(len(ends), dtype=complex)
         no_gap, no_turn = np.zeros(len(ends)), np.zeros(links)
         held = [
-            gap for gap, joint in zip(part, joints, strict=False) if not isinstance(joint, Slide)
+            gap for gap, joint in zip(real, joints, strict=False) if not isinstance(joint, Slide)
         ]
-        rows = [(gap, no_turn, 1.0) for gap in [*held, *(1j * part[: len(joints)])]]
+        rows = [(gap, no_turn, 1.0) for gap in [*held, *(1j * real[: len(joints)])]]
         turned = [(slide.first.part, slide.second.part) for slide in slides]
         rows += [(no_gap, layout.turning_row(*pair), size) for pair in turned]
-        driven, slid = len(rows), iter(part[len(joints) :])
+        driven, slid = len(rows), iter(real[len(joints) :])
         for motor in motors:
             turned_by = no_gap, layout.turning_row(motor.first, motor.second), size
             rows.append((next(slid), no_turn, 1.0) if motor.slide else turned_by)
@@ -101,7 +102,7 @@ class Closures:
         self._held, turning, self.scale = (np.array(column) for column in zip(*rows, strict=True))
         self.rows = np.real(self._held.conj() @ self.terms.gaps)
         self.rows[:, :links] += turning
-        count = self.terms.coordinates  # the number, too, of the term 1
+        count = self.terms.coordinates  # of coordinates; the term 1 follows them
         angles = [
             slide.angle - layout.turn(*pair) for slide, pair in zip(slides, turned, strict=True)
         ]
@@ -139,7 +140,7 @@ class Closures:
         return np.flatnonzero(self._held[:, self._tracked[k]])
 
     def joined(self, x: FloatArray, places: FloatArray) -> FloatArray:
-        """Columns (..., coordinates) of the tree's coordinates, slots' places, and 0 of drives."""
+        """Coordinates (..., coordinates): the tree's, then the slots' places, then 0 for drives."""
         drives = np.zeros((*x.shape[:-1], len(self.motors) + len(self.gears)))
         return np.concatenate([x, places, drives], axis=-1)
 
@@ -164,7 +165,7 @@ def _ends(joint: Pin | Slide | Slot) -> tuple[Anchor, Anchor, float]:
     return joint.first, joint.second, joint.direction if isinstance(joint, Slide) else 0.0
 
 
-FARTHEST = 2.0  # lengths of a step: so far beyond its end its polynomial predicts coordinates
+FARTHEST = 2.0  # lengths of a step: up to there beyond its end its polynomial predicts coordinates
 MOST_ITERATIONS = 12
 
 NOT_CLOSED = "the joints of a loop can't all stay closed"
@@ -193,8 +194,8 @@ def partition(jacobian: FloatArray, known: IndexArray) -> Partition:
     return Partition(dependent, free, rows)
 
 
-class Placed(NamedTuple):
-    """All coordinates y (n, all) at instants t (n,), s, by independent ones z (n, independent).
+class LoopSolution(NamedTuple):
+    """Coordinates y (n, all) that close all loops at instants t (n,), s, from independent z.
 
     They are in the order of the partition: dependent ones w, independent ones, known ones. `terms`
     (n, terms) are those of the closures, `inverse` (n, dependent, dependent) is that of their
@@ -209,10 +210,11 @@ class Placed(NamedTuple):
     reach: FloatArray
 
     def near(self, t: FloatArray, z: FloatArray) -> FloatArray | None:
-        """Guess at dependent coordinates (n, dependent) at instants (n,), by `z` there.
+        """Guess at dependent coordinates (n, dependent) at instants (n,), from `z` at them.
 
-        Those here are at the stages of a step. None if an instant is far from it: another way of
-        closing the loops may be nearer.
+        It extends the polynomial of a step, at whose stages the present coordinates are. None if an
+        instant is far from the step: there the guess may lie nearer to another way of closing the
+        loops.
         """
         reach = self.reach[:, :, : z.shape[1]]
         w = self.y[:, : reach.shape[1]]
@@ -248,7 +250,9 @@ class ClosureSolver:
         f = self.table.values(y, self._closures.curves)
         return self.table.slopes(f)[:, :dependent, :dependent]
 
-    def placed(self, t: FloatArray, z: FloatArray, y: FloatArray, lengths: FloatArray) -> Placed:
+    def placed(
+        self, t: FloatArray, z: FloatArray, y: FloatArray, lengths: FloatArray
+    ) -> LoopSolution:
         """Close all loops, from coordinates `y` (n, all) on, which are overwritten.
 
         `lengths` (dependent,), m, are how far a unit of each dependent coordinate moves anything.
@@ -282,14 +286,14 @@ class ClosureSolver:
             open_by = np.abs(slopes[:, :, -1] * self._scale).max(initial=0.0)
             if open_by > NEGLIGIBLE * max(1.0, self._size):  # they contradict others
                 raise DeadCentreError(NOT_CLOSED)
-        return Placed(t, z, y, f, np.asarray(inverse), -solved[:, :, :-1])
+        return LoopSolution(t, z, y, f, np.asarray(inverse), -solved[:, :, :-1])
 
 
 LARGEST_GAIN = 3.0  # of dependent coordinates over independent ones, before others are chosen
 # Gain from residuals to dependent coordinates: the relative error of accelerations grows with its
 # square.
 DEAD_CENTRE_GAIN = 1e2
-JUMPED = 1e-2  # of the size: a step that ends so far from where its speeds lead took another way
+JUMPED = 1e-2  # of the size: a step that ends farther from where its speeds lead has jumped
 UNSEEN = 1e-5  # as DEAD_CENTRE: below it accelerations have lost ten digits, and are not shown
 CALM = 1e1  # as DEAD_CENTRE_GAIN: if all stages have less, no dead centre lies between them
 DEAD_CENTRE = 1e-3  # smallest singular value of the scaled Jacobian: the mechanism is locked
@@ -322,8 +326,8 @@ class ClosedCoordinates:
         self._choose(partition(self._jacobian(self._y), self.closures.known))
         z, v = self.independent()
         state = self.states_at_stages(np.zeros(1), z[None], v[None])
-        self._last: Placed | None = None  # of the last step tried; this is none
-        if self._gains.max() > 1 / UNSEEN:  # no speed follows from the others, and no force
+        self._last: LoopSolution | None = None  # of the last step tried; none was yet
+        if self._gains.max() > 1 / UNSEEN:  # independent coordinates determine no speeds, no forces
             raise DeadCentreError(AT_DEAD_CENTRE)
         self.settle(0.0, state.pick(0), np.zeros(len(z)))
 
@@ -345,7 +349,7 @@ class ClosedCoordinates:
         return self.closures.joined(self._lengths, stretches)
 
     def _jacobian(self, y: FloatArray) -> FloatArray:
-        """Scaled Jacobian (rows, coordinates) of the unknown ones; columns of known ones are 0."""
+        """Scaled Jacobian (rows, coordinates); the columns of known coordinates are 0."""
         scale = self._scale(y)
         scale[self.closures.known] = np.inf
         return np.asarray(self.closures.jacobian(y[None])[0] * self.closures.scale[:, None] / scale)
@@ -366,21 +370,21 @@ class ClosedCoordinates:
     def resume(self) -> None:
         """Choose the independent coordinates anew, and go on to the slots' present pieces."""
         for k, point in enumerate(self.points):
-            changes, at = self._pieces[k]
+            changes, before = self._pieces[k]
             if changes == point.changes:
                 continue
             i = self._links + k
-            self._v[i] *= _stretch(at, self._y[i]) / _stretch(point.at, point.u)
+            self._v[i] *= _stretch(before, self._y[i]) / _stretch(point.at, point.u)
             self._pieces[k], self._y[i] = (point.changes, point.at), point.u
         self._present_scale = self._scale(self._y)
         split = partition(self._jacobian(self._y), self.closures.known)
         # At a singular position the Jacobian has less rank than elsewhere.
-        whole = len(split.dependent) == len(self._split.dependent)
-        self._choose(split if whole else self._split)
+        full_rank = len(split.dependent) == len(self._split.dependent)
+        self._choose(split if full_rank else self._split)
         self._gain_chosen = self._gain = self._gain_at_end()
 
     def _gain_at_end(self) -> float:
-        """How much more dependent coordinates move than independent ones where the tree is now."""
+        """Largest ratio of motions of dependent and independent coordinates, in this state."""
         (dependent, free, rows), scale = self._split, self._present_scale
         if self._last is not None:
             reach = self._last.reach[-1, :, : len(free)]
@@ -392,7 +396,7 @@ class ClosedCoordinates:
 
     @property
     def numbers(self) -> IndexArray:
-        """Numbers of the independent coordinates: of links, and behind these of points."""
+        """Numbers of the independent coordinates: links come first, then points."""
         return self._split.free
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
@@ -407,7 +411,7 @@ class ClosedCoordinates:
         return self._moving(t, v, given, self._placed(t, z, given))
 
     def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
-        """As `states`, at the stages of a step that is tried: later searches begin near them."""
+        """As `states`, at the stages of a step that is tried; later guesses start from them."""
         given = self.closures.given(t)
         try:
             self._last = self._placed(t, z, given)
@@ -419,15 +423,17 @@ class ClosedCoordinates:
         self._gains = np.asarray(np.abs(moved).reshape(len(t), -1).max(1, initial=0.0))
         return self._moving(t, v, given, self._last)
 
-    def _placed(self, t: FloatArray, z: FloatArray, given: FloatArray) -> Placed:
+    def _placed(self, t: FloatArray, z: FloatArray, given: FloatArray) -> LoopSolution:
         """All coordinates at instants, from the independent and the known ones."""
         lengths = self._present_scale[self._split.dependent]
         return self._solver.placed(t, z, self._guess(t, z, given), lengths)
 
-    def _moving(self, t: FloatArray, v: FloatArray, given: FloatArray, placed: Placed) -> TreeState:
+    def _moving(
+        self, t: FloatArray, v: FloatArray, given: FloatArray, placed: LoopSolution
+    ) -> TreeState:
         """Speeds, and accelerations that the independent coordinates do not cause."""
         (instants, dependent, _), free = placed.reach.shape, v.shape[1]
-        known, links = dependent + free, self._links  # the first that is known
+        known, links = dependent + free, self._links  # index of the first known coordinate
         # Coordinates, speeds, accelerations, and derivatives by each independent coordinate.
         columns = np.zeros((instants, placed.y.shape[1], 3 + free))
         columns[:, :, 0], columns[:, dependent:known, 1] = placed.y, v
@@ -445,8 +451,9 @@ class ClosedCoordinates:
     def _guess(self, t: FloatArray, z: FloatArray, given: FloatArray) -> FloatArray:
         """Guess at all coordinates (n, all) by the independent and the known ones.
 
-        By the stages of the last step tried, which may be the last round of this one; or, without
-        those, by the state and the accelerations at the end of the last step.
+        It starts from the stages of the last step tried, which may be an earlier round of the same
+        step. Without them it starts from the state and the accelerations at the end of the last
+        step.
         """
         near = None if self._last is None else self._last.near(t, z)
         if near is None:
@@ -471,11 +478,11 @@ class ClosedCoordinates:
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far (m) dependent and driven coordinates ended from where their speeds take them.
 
-        They jumped to another way of closing the loops, or went round a bend that the step does not
-        resolve: neither shows in the error of the independent coordinates.
+        Such coordinates jumped to another way of closing the loops, or went round a bend that the
+        step does not resolve. The error of the independent coordinates shows neither.
         """
         joined, split = self.closures.joined, self._split
-        before, after = (joined(at.x, at.places) for at in (start, stages.pick(-1)))
+        before, after = (joined(state.x, state.places) for state in (start, stages.pick(-1)))
         speeds = joined(stages.v, stages.place_rates)
         off = np.abs(after - before - h * (weights @ speeds)) * self._present_scale
         # Near a dead centre rounding blurs dependent coordinates by this much.
@@ -486,9 +493,9 @@ class ClosedCoordinates:
             self._last = None  # shorter steps, guessed from this one, would go the same way
         return slip
 
-    def pushed(self, k: int, at: TreeState) -> FloatArray:
-        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
-        y, (dependent, _, rows) = self.closures.joined(at.x, at.places), self._split
+    def pushed(self, k: int, state: TreeState) -> FloatArray:
+        """Accelerations (links, 2) if the curve moves slot k's point by 1 m/s^2 in x, or in y."""
+        y, (dependent, _, rows) = self.closures.joined(state.x, state.places), self._split
         push = np.zeros((len(self.closures.rows), 2))
         push[self.closures.rows_of_slot(k)] = np.eye(2)
         square = self.closures.jacobian(y[None])[0][np.ix_(rows, dependent)]
@@ -496,25 +503,25 @@ class ClosedCoordinates:
         moved[dependent] = np.linalg.lstsq(square, push[rows], rcond=None)[0]
         return moved[: self._links]
 
-    def held_by_loops(self, at: TreeState, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def held_by_loops(self, state: TreeState, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Split `forces` (n, k, links) of constraints into those of closures and the rest.
 
         Returns the rest, and the forces (n, k, joints, 2) on the second points of joints that close
         loops.
         """
-        y, (dependent, _, rows) = self.closures.joined(at.x, at.places), self._split
+        y, (dependent, _, rows) = self.closures.joined(state.x, state.places), self._split
         jacobian = self.closures.jacobian(y)
         square = jacobian[:, rows][:, :, dependent]
         whole = np.pad(forces, [(0, 0), (0, 0), (0, y.shape[1] - self._links)])
         multipliers = np.zeros((*forces.shape[:2], len(self.closures.rows)))
         # F = J^T of the closures times multipliers, on the dependent coordinates.
         multipliers[:, :, rows] = whole[:, :, dependent] @ np.linalg.inv(square)
-        left = forces - multipliers @ jacobian[:, :, : self._links]
-        held = self.closures.forces(at.x[:, None], multipliers)
-        return left, np.stack([held.real, held.imag], axis=-1)
+        rest = forces - multipliers @ jacobian[:, :, : self._links]
+        held = self.closures.forces(state.x[:, None], multipliers)
+        return rest, np.stack([held.real, held.imag], axis=-1)
 
     def on_dead_centre(self, at_stop: bool) -> OnSingularity:
-        """Tell where the last step tried was all but at a dead centre."""
+        """Tell where the last step tried came close to a dead centre."""
         most, gains = 1 / UNSEEN if at_stop else DEAD_CENTRE_GAIN, self._gains
         near = bool(gains.max() > DEAD_CENTRE_GAIN)
         return OnSingularity(near, bool(gains[-1] > most), near and self._turned_over())
@@ -527,9 +534,10 @@ class ClosedCoordinates:
         return len(np.unique(np.linalg.slogdet(squares)[0])) > 1
 
     def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:
-        """Tell at which instants (n,) within the last step two ways of closing the loops meet.
+        """Tell at which instants (n,) of the last step the mechanism is close to a dead centre.
 
-        There no speed follows from another, and no force from the motion.
+        There two ways of closing the loops meet: independent coordinates determine neither the
+        other speeds nor the forces.
         """
         if self._gains.max() < CALM:
             return np.zeros(len(t), dtype=bool)
@@ -538,14 +546,14 @@ class ClosedCoordinates:
         square = self._solver.squares(y, len(lengths)) / lengths
         return np.asarray(np.linalg.svd(square, compute_uv=False).min(1, initial=np.inf) < UNSEEN)
 
-    def locked(self, at: TreeState) -> str:
-        """Say that the mechanism is all but at a dead centre; empty if it is not."""
-        y = self.closures.joined(at.x, at.places)
+    def locked(self, state: TreeState) -> str:
+        """Say that the mechanism is close to a dead centre; empty if it is not."""
+        y = self.closures.joined(state.x, state.places)
         values = np.linalg.svd(self._jacobian(y), compute_uv=False)
         locked = values[len(self._split.dependent) - 1] < DEAD_CENTRE
         return AT_DEAD_CENTRE if locked else ""
 
 
-def _stretch(at: Evaluator, u: float) -> float:
+def _stretch(evaluator: Evaluator, u: float) -> float:
     """Length (m) of a piece's curve per unit of its parameter."""
-    return abs(complex(*at(u)[2:4]))
+    return abs(complex(*evaluator(u)[2:4]))

@@ -31,7 +31,7 @@ from exudyn_flexlink.rounding import NEGLIGIBLE
 def tree_item(
     mechanism: Mechanism, layout: TreeLayout, springs: tuple[FloatArray, FloatArray, FloatArray]
 ) -> dict[str, Any]:
-    """Arguments of the item but for its node; `springs` are stiffness, damping, rest by link."""
+    """Arguments of the item without its node; `springs` are stiffness, damping, rest by link."""
     types = {
         HINGE: Engine.JointType.RevoluteZ,
         ALONG_X: Engine.JointType.PrismaticX,
@@ -84,9 +84,9 @@ def _turned(angle: float) -> FloatArray:
 class TreeState(NamedTuple):
     """All coordinates of the tree at one instant (links,), and the slots' places on their pieces.
 
-    `b` are accelerations that the independent ones do not cause, `transform` tells what they cause.
-    `place_rates` are those of `places`, `t` (s) is the instant. Of several instants all have one
-    axis more, the first.
+    `b` are accelerations if independent coordinates do not accelerate; `transform` has the effect
+    of these. `place_rates` are those of `places`, `t` (s) is the instant. For several instants all
+    arrays have one more, first axis.
     """
 
     x: FloatArray
@@ -98,22 +98,22 @@ class TreeState(NamedTuple):
     t: FloatArray
 
     def pick(self, which: Which) -> TreeState:
-        """Return one of several instants, some of them, or (None) the only one as one of one."""
+        """Return one of several instants, or some; None puts an axis of length 1 before a state."""
         return TreeState._make(column[which] for column in self)
 
 
 class TreeCoordinates(Protocol):
     """How the coordinates of a tree follow from the independent ones.
 
-    What nothing is said of in a class that inherits holds where no joint closes a loop.
+    The defaults of methods hold if no joint closes a loop.
     """
 
     points: Sequence[TrackPoint]
-    """The slots' points, as they are followed."""
+    """The followers of the slots' points."""
 
     @property
     def numbers(self) -> IndexArray:
-        """Numbers of the independent coordinates: of links, and behind these of `points`."""
+        """Numbers of the independent coordinates: links come first, then `points`."""
 
     def independent(self) -> tuple[FloatArray, FloatArray]:
         """Independent coordinates and speeds where the last step ended."""
@@ -122,22 +122,19 @@ class TreeCoordinates(Protocol):
         """All coordinates at instants (n,), from the independent ones and their speeds (n, count).
 
         Raises:
-            DeadCentreError: the independent coordinates tell no place.
+            DeadCentreError: the independent coordinates do not determine the others.
 
         """
 
     def states_at_stages(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
-        """As `states`, at the stages of a step that is tried.
-
-        From them further rounds of it, and what lies within it, are searched.
-        """
+        """As `states`, at the stages of a step that is tried; later searches start from them."""
         return self.states(t, z, v)
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:
-        """A step ended here, with these accelerations of the independent coordinates."""
+        """Take the end of a step, with accelerations `a` of the independent coordinates."""
 
     def resume(self) -> None:
-        """Choose the independent coordinates anew, if that is better: the next step starts anew."""
+        """Choose other independent coordinates, if that is better, before a fresh step."""
 
     def repartition_due(self) -> bool:
         """Tell whether other coordinates should be the independent ones."""
@@ -146,29 +143,29 @@ class TreeCoordinates(Protocol):
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
         """How far (m) a dependent coordinate ended a step from where its speeds take it."""
 
-    def pushed(self, k: int, at: TreeState) -> FloatArray:
-        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2."""
+    def pushed(self, k: int, state: TreeState) -> FloatArray:
+        """Accelerations (links, ways) if the curve moves slot k's point by 1 m/s^2."""
 
     def on_dead_centre(self, at_stop: bool) -> OnSingularity:  # noqa: ARG002
-        """Tell where the last step tried was all but at a dead centre.
+        """Tell where the last step tried came close to a dead centre.
 
-        A step that has to end there, `at_stop`, may end nearer to one.
+        A step whose end is prescribed, `at_stop`, may end nearer to it.
         """
         return OnSingularity()
 
     def near_dead_centre(self, step: Step, t: FloatArray) -> BoolArray:  # noqa: ARG002
-        """Tell at which instants (n,) within the last step a loop is all but at a dead centre."""
+        """Tell at which instants (n,) of the last step a loop is close to a dead centre."""
         return np.zeros(len(t), dtype=bool)
 
-    def locked(self, at: TreeState) -> str:
-        """Say at which dead centre the mechanism all but is; empty if at none."""
+    def locked(self, state: TreeState) -> str:
+        """Say that the mechanism is close to a dead centre; empty if it is not."""
 
 
 class OpenCoordinates(TreeCoordinates):
     """Coordinates of a tree without loops.
 
-    The independent ones are those of the tree that nothing fixes, then the places of rides on their
-    curves.
+    The independent coordinates are those of the tree that nothing fixes, then the places of rides
+    on their curves.
     """
 
     def __init__(
@@ -197,14 +194,16 @@ class OpenCoordinates(TreeCoordinates):
             self._chosen = slice(int(self.free[0]), int(self.free[-1]) + 1)
         self._picked = Transform(np.eye(self._links)[:, self._chosen], self._chosen)
         self._motors = [(link, *motor) for link, motor in layout.motors.items()]
-        self._followed = np.zeros(self._links)  # m per unit of coordinates not solved for
+        self._followed = np.zeros(self._links)  # m per unit of dependent coordinates
         self._followed[list(layout.motors)] = lengths[list(layout.motors)]
         self._followed[[slot.sliding for slot in layout.slots]] = 1.0
         turning = any(slot.turning not in layout.motors for slot in layout.slots)
         self._follows = turning or bool(self._riders)
         self._picks = np.zeros((self._links, len(self.free) + len(self._riders)))
         self._picks[self.free, np.arange(len(self.free))] = 1.0
-        self._driven: tuple[FloatArray, TreeState] | None = None  # by the instants asked for last
+        self._driven: tuple[FloatArray, TreeState] | None = (
+            None  # by the last instants that were asked
+        )
         self._end = start
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
 
@@ -216,7 +215,7 @@ class OpenCoordinates(TreeCoordinates):
 
     @property
     def numbers(self) -> IndexArray:
-        """Numbers of the independent coordinates: of links, and behind these of points."""
+        """Numbers of the independent coordinates: links come first, then points."""
         first = self._links + len(self._guides)
         return np.append(self.free, np.arange(first, first + len(self._riders)))
 
@@ -243,9 +242,9 @@ class OpenCoordinates(TreeCoordinates):
         return state
 
     def _known(self, t: FloatArray) -> TreeState:
-        """What depends on time alone: motors, and slides of guides that those turn.
+        """Coordinates that depend on time alone: of motors, and of slides whose guides motors turn.
 
-        The rounds of an iteration come back with the same instants, in the same array.
+        The rounds of an iteration ask for the same instants, in the same array.
         """
         if self._driven is not None and self._driven[0] is t:
             return self._driven[1]
@@ -275,19 +274,22 @@ class OpenCoordinates(TreeCoordinates):
                 transform.matrix[:, sliding] += rate[:, None] * transform.matrix[:, turning]
 
     def _ride(self, state: TreeState, u: FloatArray, rate: FloatArray) -> None:
-        """Fill in the slides of points that ride on their curves, at places and speeds there."""
+        """Fill in the slides of points that ride on curves, from their places and speeds."""
         x, speed, b, places, place_rates, transform, _ = state
         first = len(self._guides)
         places[:, first:], place_rates[:, first:] = u, rate
         for k, (rider, slides) in enumerate(zip(self._riders, self._rides, strict=True)):
             # At a few instants numbers are faster than arrays.
-            at = np.array([rider.at(place) for place in u[:, k].tolist()])
+            values = np.array([rider.at(place) for place in u[:, k].tolist()])
             along = rate[:, k, None]
-            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = at[:, :2], at[:, 2:4]
-            speed[:, slides], b[:, slides] = at[:, 2:4] * along, at[:, 4:] * along * along
+            x[:, slides], transform.matrix[:, slides, len(self.free) + k] = (
+                values[:, :2],
+                values[:, 2:4],
+            )
+            speed[:, slides], b[:, slides] = values[:, 2:4] * along, values[:, 4:] * along * along
 
     def settle(self, time: float, end: TreeState, a: FloatArray) -> None:  # noqa: ARG002
-        """A step ended here; what holds here needs neither its time nor accelerations."""
+        """Take the end of a step; neither time nor accelerations are needed."""
         self._end = end.x, end.v
         first = len(self._guides)
         for guide, place in zip(self._guides, end.places.tolist(), strict=False):
@@ -298,37 +300,37 @@ class OpenCoordinates(TreeCoordinates):
         self._driven = None
 
     def resume(self) -> None:
-        """The slots' points have gone on to other pieces."""
+        """Take the speeds of points that have gone on to other pieces."""
         self._speeds = [self._speed_along(k) for k in range(len(self._riders))]
         self._driven = None
 
     def slipped(self, h: float, weights: FloatArray, stages: TreeState, start: TreeState) -> float:
-        """How far a slide, or what a motor drives, ended a step from where its speeds take it.
+        """How far (m) a slide, or a driven coordinate, ended a step from where its speeds take it.
 
-        It jumped to another place where the guide's axis crosses the track, or its motion has a
-        bend that the step does not resolve: neither shows in the error of the coordinates solved
-        for.
+        Such a slide jumped to another place where the guide's axis crosses the track, or the motion
+        has a bend that the step does not resolve. The error of the independent coordinates shows
+        neither.
         """
         off = stages.x[-1] - start.x - h * (weights @ stages.v)
         return float((self._followed * np.abs(off)).max(initial=0.0))
 
-    def pushed(self, k: int, at: TreeState) -> FloatArray:
-        """Accelerations (links, ways) where the curve pushes slot k's point by 1 m/s^2.
+    def pushed(self, k: int, state: TreeState) -> FloatArray:
+        """Accelerations (links, ways) if the curve moves slot k's point by 1 m/s^2.
 
-        Pushed aside, a guided point slides by 1 / sine of the angle between guide and track.
+        A guided point that moves across the track slides by 1 / sine of the angle between both.
         """
         moved = np.zeros((self._links, 1 if k < len(self._guides) else 2))
         if k < len(self._guides):
             guide = self._guides[k]
-            sine = guide.sine(float(at.x[guide.guided.turning]), float(at.places[k]))
+            sine = guide.sine(float(state.x[guide.guided.turning]), float(state.places[k]))
             # A guide along the track is locked there: no number, however large, is right.
             moved[guide.guided.sliding, 0] = 1.0 / max(abs(sine), NEGLIGIBLE)
         else:
             moved[self._rides[k - len(self._guides)]] = np.eye(2)
         return moved
 
-    def locked(self, at: TreeState) -> str:
-        """Say that a guide's axis all but touches its track; empty if none does."""
-        places = zip(self._guides, at.places.tolist(), strict=False)
-        grazing = any(g.grazes(float(at.x[g.guided.turning]), u) for g, u in places)
+    def locked(self, state: TreeState) -> str:
+        """Say that a guide's axis almost touches its track; empty if none does."""
+        places = zip(self._guides, state.places.tolist(), strict=False)
+        grazing = any(g.grazes(float(state.x[g.guided.turning]), u) for g, u in places)
         return AT_DEAD_CENTRE if grazing else ""

@@ -53,7 +53,7 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Poses, RopeContact, Seen
 
 Value = Callable[[TreeForces], FloatArray]
-"""Event function of a joint, by what is known of the tree (n,): positive until it happens."""
+"""Event function of a joint: values (n,) of a tree's state and forces, positive until the event."""
 
 
 class Happens(Enum):
@@ -67,7 +67,7 @@ class Happens(Enum):
 
 @dataclass(frozen=True)
 class FrictionGuard(Guard):
-    """It happens to friction number `joint` when the `value` comes to zero."""
+    """The event `what` of friction number `joint`: its event function `value` comes to zero."""
 
     watch: FrictionWatch
     joint: int
@@ -76,7 +76,7 @@ class FrictionGuard(Guard):
 
     @property
     def bends(self) -> bool:  # type: ignore[override]
-        """Whether the friction itself does not leap."""
+        """Whether the friction is continuous at the event, and only bends there."""
         return self.what in (Happens.SLIDES, Happens.CHANGES_SIDES)
 
     def late(self, step: Step) -> float:
@@ -84,7 +84,7 @@ class FrictionGuard(Guard):
         return self.watch.late(self.joint, step) if self.what is Happens.RESTS else 0.0
 
     def cross(self, time: float) -> None:
-        """Let it happen; what comes to rest, or is swept along, does so as equations restart."""
+        """Change the friction. A joint comes to rest, or is swept along, as equations restart."""
         self.watch.cross(time, self.joint, self.what, leaps=not self.bends)
 
 
@@ -111,7 +111,7 @@ class FrictionWatch:
             at_nodes = np.concatenate([guard.value(state) for state in known])
             if (to_looks(len(at_nodes)) @ at_nodes)[1:].min() > 0:
                 continue
-            value = partial(self._at, step, guard.value)
+            value = partial(self._value, step, guard.value)
             time = first_fall(value, step.slope(at_nodes), (step.t, step.end))
             if time is not None:
                 happening.append(Crossing(time, guard))
@@ -132,7 +132,8 @@ class FrictionWatch:
             if joints.way[k]:
                 yield guard(k, Happens.CHANGES_SIDES, _press(k, joints.side[k]))
 
-    def _at(self, step: Step, value: Value, t: float) -> float:
+    def _value(self, step: Step, value: Value, t: float) -> float:
+        """Event function at a time (s) within the step."""
         q, v = step.at(np.array([t]))
         return float(value(self._model.evaluate(t, q[0], v[0]).kept.pick(None))[0])
 
@@ -147,11 +148,11 @@ class FrictionWatch:
         return 0.0 if near or slope == 0 else float(speed / slope)
 
     def cross(self, time: float, k: int, what: Happens, *, leaps: bool) -> None:
-        """Let it happen to joint k."""
+        """Change the friction of joint k."""
         self._changes.keep(leaps=leaps)
         if what is Happens.SLIDES:
-            at = self._model.evaluate(time, *self._model.coordinates.independent())
-            self._frictions.slide(k, at.kept.friction, at.kept.state.v)
+            known = self._model.evaluate(time, *self._model.coordinates.independent()).kept
+            self._frictions.slide(k, known.friction, known.state.v)
         elif what is Happens.RESTS:
             self._frictions.stopped = k
         elif what is Happens.CHANGES_SIDES:
@@ -159,58 +160,58 @@ class FrictionWatch:
 
 
 def _speed(row: FloatArray, way: float, since: float) -> Value:
-    return lambda at: np.asarray(way * (at.state.v @ row - since))
+    return lambda tree: np.asarray(way * (tree.state.v @ row - since))
 
 
 def _stillness(row: FloatArray) -> Value:
-    return lambda at: np.asarray(STILL - np.abs(at.state.v @ row))
+    return lambda tree: np.asarray(STILL - np.abs(tree.state.v @ row))
 
 
-def _left_of_bound(joints: JointFrictions, k: int, at: TreeForces) -> FloatArray:
-    """What is left to a joint at rest, of its bound."""
-    return joints.left_of_bound(k, at.friction[:, k])
+def _left_of_bound(joints: JointFrictions, k: int, tree: TreeForces) -> FloatArray:
+    """How far the torque or force that holds a joint at rest is below its bound."""
+    return joints.left_of_bound(k, tree.friction[:, k])
 
 
 def _press(k: int, side: float) -> Value:
-    return lambda at: np.asarray(side * at.friction[:, k, 2])
+    return lambda tree: np.asarray(side * tree.friction[:, k, 2])
 
 
 Goal = Callable[[FloatArray], float]
-"""Angle still to turn at all coordinates of the tree."""
+"""Angle (rad) that is still to turn, by all coordinates (links,) of the tree."""
 Followed = TrackPoint | CurveFollower | TableFollower | LapFollower
 PlaceOf = Callable[[FloatArray, FloatArray], Any]
-"""Places (n,) of what is followed, by coordinates (n, links) and slots' places (n, slots)."""
+"""Places (n,) of what is followed, from coordinates (n, links) and slots' places (n, slots)."""
 Following = tuple[Followed, PlaceOf]
 """What is followed along pieces, and where it is."""
 
-LEAST_PRESS = 0.5  # of the largest reaction in a step: one above it did not vanish in between
-MOST_LATE = 1e-6  # of the step: rounding does not make an event later than that
+LEAST_PRESS = 0.5  # of a step's largest reaction: one that stays above did not vanish in between
+MOST_LATE = 1e-6  # of the step: rounding makes no event later than that
 
 
 class Changes(Protocol):
-    """What guards change: the problem, see there."""
+    """What guards change as events happen: `MinimalProblem` is that."""
 
     def end_of(self, step: Step) -> TreeState:
         """All coordinates at the end of a step."""
 
     def keep(self, *, leaps: bool) -> None:
-        """Keep the instant; before what leaps there, too."""
+        """Record the present instant; where something leaps, also the state before it does."""
 
     def contact_guard(self, k: int) -> Guard:
-        """Contact k, of the scene or, after these, of link and guide, begins or ends."""
+        """Guard of contact k, which begins or ends; pairs of link and guide follow the scene's."""
 
     def piece_guard(self, point: Followed, way: int) -> Guard:
-        """What is followed on a curve comes to the end of its piece (1), or to its start (-1)."""
+        """Guard of what comes to the end of its piece of a curve (way 1), or to its start (-1)."""
 
     def turns_guard(self) -> Guard:
-        """The turns that end the run are made."""
+        """Guard of the turns that end the run."""
 
     def short_guard(self, rope: str) -> Guard:
-        """A piece of a rope over points has no length left."""
+        """Guard of a rope over points, of which a piece has no length left."""
 
 
 class EventFinder:
-    """Looks at steps; `seen` are all contacts at the end of the last one accepted."""
+    """Finds the first event of a step; `seen` are all contacts after the last accepted step."""
 
     def __init__(self, model: MinimalModel, goal: Goal | None, changes: Changes) -> None:
         x, v = model.start
@@ -228,8 +229,8 @@ class EventFinder:
         self.seen = self._contacts.whole_group.seen(self._poses(x, v))
         self.kinks = KinkWatch(model, changes.end_of)
         self.frictions = FrictionWatch(model, changes)
-        self._looks: dict[float, TreeState] = {}  # within the present step
-        self._ahead: tuple[TreeState, Seen] | None = None  # where the last step ends
+        self._states: dict[float, TreeState] = {}  # by time (s), within the present step
+        self._ahead: tuple[TreeState, Seen] | None = None  # contacts where a tried step ends
 
     def accept(self, end: TreeState) -> None:
         """Take the coordinates at the end of a step."""
@@ -242,7 +243,7 @@ class EventFinder:
             pin.follow(complex(view(end.x[None], end.x)[0]))
 
     def presses(self, k: int) -> bool:
-        """Tell whether contact k does."""
+        """Tell whether contact k presses."""
         return bool(self._sides.pressed[k])
 
     def touch(self, k: int) -> Touch:
@@ -255,13 +256,13 @@ class EventFinder:
 
     def first(self, step: Step, end: TreeState) -> Crossing | None:
         """What happens first within the step, which ends at these coordinates."""
-        self._looks = {step.end: end}
+        self._states = {step.end: end}
         happening = self._ends_of_pieces(step, end)
         if len(self._contacts.all):
             nodes = self._at_nodes(step.stages.kept.state.pick(slice(-1)), end)
             path, watched = self._path(nodes, end)
             happening += self._changes_of_contacts(step, nodes, end, (path, watched))
-            if pairs := len(self._contacts.all) - self._count:  # they are watched, and the last
+            if pairs := len(self._contacts.all) - self._count:  # `watched` ends with all of them
                 happening += self._touch_of_pairs(step, path.of(slice(-pairs, None)))
         if (kink := self.kinks.first(step)) is not None:
             happening.append(kink)
@@ -272,17 +273,17 @@ class EventFinder:
         return min(happening, key=lambda crossing: crossing.time, default=None)
 
     def look_again(self, end: TreeState) -> None:
-        """Take the present state, whose speeds have jumped."""
+        """Take the present state after speeds have jumped."""
         self._v, self.seen = end.v, self._seen_at(end)
 
     def _at_nodes(self, within: TreeState, end: TreeState) -> Poses:
-        """Parts at a step's nodes, of which those `within` and the end are known."""
+        """Poses at a step's nodes: where the last step ended, `within` the step, and at its end."""
         x = np.vstack([self.x, within.x, end.x])
         v = np.vstack([self._v, within.v, end.v])
         return self._poses(x, v, np.hstack([self._t, within.t, end.t]))
 
     def _seen_at(self, end: TreeState) -> Seen:
-        """All contacts at the end of a step, which are asked for again as it is accepted."""
+        """All contacts at the end of a step; they are kept for when the step is accepted."""
         if not self._contacts.all:
             return self.seen
         if self._ahead is None or self._ahead[0] is not end:
@@ -301,8 +302,8 @@ class EventFinder:
         """Pairs that now (s), at an event of this `contact`, begin or cease to press."""
         pairs, first = self._pairs, self._count
         now = self.seen.of(pairs).closed(self._held[pairs])
-        at = None if contact is None else contact - first
-        which = changed(now, self._lengths[pairs], self._sides.pressed[pairs], time, at)
+        event = None if contact is None else contact - first
+        which = changed(now, self._lengths[pairs], self._sides.pressed[pairs], time, event)
         return [first + k for k in np.flatnonzero(which).tolist()]
 
     def late_pair(self, k: int, end: TreeState, time: float) -> float:
@@ -328,22 +329,22 @@ class EventFinder:
 
     # --- ends of pieces -----------------------------------------------------------------------
 
-    def _at(self, step: Step, t: float) -> TreeState:
+    def _state(self, step: Step, t: float) -> TreeState:
         """All coordinates at a time within the step."""
-        state = self._looks.get(t)
+        state = self._states.get(t)
         if state is None:
             q, v = step.at(np.array([t]))
-            state = self._looks[t] = self.model.state(t, q[0], v[0])
+            state = self._states[t] = self.model.state(t, q[0], v[0])
         return state
 
     def _to_turn(self, step: Step, t: float) -> float:
         assert self.goal is not None
-        return float(self.goal(self._at(step, t).x))
+        return float(self.goal(self._state(step, t).x))
 
     def _ends_of_pieces(self, step: Step, end: TreeState) -> list[Crossing]:
-        """Where slots' points, and what presses on curves, come to ends of pieces.
+        """Where slots' points, and what presses on curves, come to ends of their pieces.
 
-        What passes one may be back before the step ends, so that the stages are looked at, too.
+        A point may pass the end of a piece and return within the step, so the stages count, too.
         """
         stages, points = step.stages.kept.state, self.model.coordinates.points
         passed = np.vstack([stages.places[:-1], end.places])
@@ -364,29 +365,35 @@ class EventFinder:
         return [event for event in passages if event is not None]
 
     def _end_of_piece(
-        self, step: Step, point: Followed, place: PlaceOf, nodes: tuple[FloatArray, FloatArray]
+        self, step: Step, point: Followed, place_of: PlaceOf, nodes: tuple[FloatArray, FloatArray]
     ) -> Crossing | None:
-        """Where one of them does, by coordinates and slots' places at nodes."""
+        """Where what is followed comes to the end of its piece; `nodes` go into `place_of`."""
         times = (step.t + step.h * step.method.c).tolist()
-        for time, at in zip(times, place(*nodes).tolist(), strict=True):
-            ahead, behind = point.left(at)
+        for time, place in zip(times, place_of(*nodes).tolist(), strict=True):
+            ahead, behind = point.left(place)
             if min(ahead, behind) >= -point.seam:
                 continue
             side, way = (0, 1) if ahead < behind else (1, -1)
-            on_piece = partial(self._on_piece, step, point, place, side)
+            on_piece = partial(self._on_piece, step, point, place_of, side)
             passed = first_fall(on_piece, None, (step.t, time))
             if passed is not None:
                 return Crossing(passed, self._changes.piece_guard(point, way))
         return None
 
-    def _on_piece(self, step: Step, point: Followed, place: PlaceOf, side: int, t: float) -> float:
-        at = self._at(step, t)
-        return point.left(place(at.x[None], at.places[None])[0])[side]
+    def _on_piece(
+        self, step: Step, point: Followed, place_of: PlaceOf, side: int, t: float
+    ) -> float:
+        """How much of the piece is left ahead (side 0) or behind (1) at a time (s) in the step."""
+        state = self._state(step, t)
+        return point.left(place_of(state.x[None], state.places[None])[0])[side]
 
     # --- contacts -----------------------------------------------------------------------------
 
     def _path(self, nodes: Poses, end: TreeState) -> tuple[Seen, IndexArray]:
-        """Contacts at nodes, and which these are: all but free ones on curves, which take long."""
+        """Contacts at a step's nodes, and their numbers.
+
+        Free contacts on curves are left out: to look at them takes long.
+        """
         numbers = range(len(self._contacts.all))
         curves = self._contacts.curves
         watched = [k for k in numbers if k not in curves or self.presses(k) or self.let_go(k)]
@@ -414,7 +421,7 @@ class EventFinder:
         return [*short, *(Crossing(time, guard(k)) for time, k in times if time is not None)]
 
     def _ropes(self, step: Step, end: TreeState) -> Iterator[tuple[int, RopePaths]]:
-        """Ropes over points, and how they are at the nodes of a step."""
+        """Numbers of ropes over points, and the paths of their pieces at the nodes of a step."""
         if not self._contacts.pieces:
             return
         nodes = self._exact_nodes(step, end)
@@ -437,9 +444,10 @@ class EventFinder:
                 yield Crossing(step.t + part * step.h, guard)
 
     def _closing(self, k: int, part: float | None, step: Step) -> float | None:
-        """Instant (s) of an event of contact k after a part of the step, by the state there.
+        """Instant (s) of an event of contact k after a part of the step; None where there is none.
 
-        A place in a long step is rounded by more than a small bounce is high.
+        It follows from the state there: along a long step a place is rounded by more than the
+        height of a small bounce.
         """
         if not part:
             return None if part is None else step.t
@@ -451,9 +459,9 @@ class EventFinder:
     def _flights(
         self, step: Step, nodes: Poses, end: TreeState, free: IndexArray
     ) -> Iterator[tuple[int, Flight]]:
-        """Contacts `free` that may close within a step, since the way in it is long enough.
+        """Searches for contacts `free` that may close, since they move farther than their gap.
 
-        What surely stays beside its face is left out; what does not may pass the face's line.
+        A point that surely stays beside its face is left out, though it may cross the face's line.
         """
         if not len(free):
             return
@@ -480,9 +488,9 @@ class EventFinder:
             yield k, Flight(glimpse, feature, flown, self._way(k))
 
     def _exact_nodes(self, step: Step, end: TreeState) -> Poses:
-        """Parts at the nodes of a step.
+        """Poses at the nodes of a step, on its polynomial.
 
-        The last round of the iteration moved the stages a little, by more than a gap is rounded.
+        The last round of the iteration moved the stages by a little more than a gap's rounding.
         """
         times = step.t + step.h * step.method.c[:-1]
         return self._at_nodes(self.model.states(times, *step.at(times)), end)
@@ -495,7 +503,7 @@ class EventFinder:
         return place.T[which], h * rate.T[which]
 
     def _restless(self, step: Step, path: Seen, watched: IndexArray, held: list[int]) -> list[int]:
-        """Contacts that press, or have let go, of which it is not sure that nothing happens."""
+        """Which of the contacts `held`, which press or have let go, may change within the step."""
         if not held:
             return []
         pressed = self._sides.pressed[held]
@@ -505,14 +513,15 @@ class EventFinder:
         lifts = pressed & (self._sides.rigid[held] | self._contacts.lets_go[held])
         steady = press.min(axis=0) >= LEAST_PRESS * press.max(axis=0)
         still &= ~lifts | steady
-        return [k for k, calmly in zip(held, still.tolist(), strict=True) if not calmly]
+        return [k for k, stays in zip(held, still.tolist(), strict=True) if not stays]
 
     def _from_sides(self, path: Seen, which: list[int]) -> Seen:
-        """Contacts at nodes, seen from the side where they are.
+        """Contacts at nodes as `calm` takes them: with gaps from the side on which their parts are.
 
-        A rigid one that presses is as if behind a face that never opens; round ones have no ends.
+        The gap of a rigid contact that presses counts as closed: its reaction tells when it opens.
+        Round shapes have no ends, so that any place on them is inside.
         """
-        endless = self._endless[which]  # they may be anywhere
+        endless = self._endless[which]
         place, slip = np.where(endless, 1.0, path.place), np.where(endless, 0.0, path.slip)
         way = np.array([self._way(k) for k in which])
         path = Seen(way * path.gap, place, way * path.gap_rate, slip)
@@ -524,34 +533,34 @@ class EventFinder:
         return bool(self._contacts.lets_go[k] and closed)
 
     def _change(self, k: int, step: Step) -> float | None:
-        """When within the step a contact's state changes that presses, or has let go.
+        """Instant (s) at which contact k, which presses or has let go, changes; None: it does not.
 
-        A force that vanishes and comes back between two looks is found by its rate.
+        The rate of a force shows where it vanishes and comes back between two looks.
         """
         rate = None
         if self.presses(k) and (k in self._contacts.rigid or self._contacts.lets_go[k]):
             forces = step.begin.kept.pushes[k, 0], step.stages.kept.pushes[:, k, 0]
             rate = step.slope(np.append(*forces))
-        return first_fall(partial(self._left, k, step), rate, (step.t, step.end))
+        return first_fall(partial(self._margin, k, step), rate, (step.t, step.end))
 
-    def _left(self, k: int, step: Step, t: float) -> float:
-        """Value (m) that is positive until contact k's state changes; of a reaction, N."""
+    def _margin(self, k: int, step: Step, t: float) -> float:
+        """Event function (m) of contact k, positive until it changes; of a reaction in N."""
         if self.presses(k) and k in self._contacts.rigid:
             q, v = step.at(np.array([t]))
-            at = self.model.evaluate(t, q[0], v[0]).kept
-            inside = self._contacts.touch(k, at.state.x, at.state.v, at.t).inside
-            return min(float(at.pushes[k, 0]), inside)
+            known = self.model.evaluate(t, q[0], v[0]).kept
+            inside = self._contacts.touch(k, known.state.x, known.state.v, known.t).inside
+            return min(float(known.pushes[k, 0]), inside)
         touch = self._touch(k, step, t)
         pressed = self._contacts.pressed_by(k, touch)
         # What has let go has no force until it is apart.
         return min(pressed, touch.inside) if self.presses(k) else -pressed
 
     def _touch(self, k: int, step: Step, t: float) -> Touch:
-        at = self._at(step, t)
-        return self._contacts.touch(k, at.x, at.v, at.t)
+        state = self._state(step, t)
+        return self._contacts.touch(k, state.x, state.v, state.t)
 
     def _way(self, k: int) -> float:
-        """Behind a face the gap is that to its back."""
+        """Sign of a gap: -1 of a point behind its face, whose gap is that to the back; else 1."""
         return -1.0 if self._sides.sides[k] is Side.BEHIND else 1.0
 
 

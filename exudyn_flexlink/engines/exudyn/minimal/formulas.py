@@ -40,20 +40,19 @@ from exudyn_flexlink.integrate.problem import instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING
 
-DEGREE = 8  # of the polynomials by which they are followed within a step
-# Of a step, where they are looked at.
-PARTS = (1 - np.cos(np.linspace(0.0, np.pi, DEGREE + 1))) / 2
-THROUGH = np.linalg.inv(chebyshev.chebvander(2 * PARTS - 1, DEGREE)).T
+# What formulas sense, and their switches, are followed within a step by polynomials through their
+# values at Chebyshev's points.
+DEGREE = 8  # of these polynomials
+PARTS = (1 - np.cos(np.linspace(0.0, np.pi, DEGREE + 1))) / 2  # of a step: the points
+TO_CHEBYSHEV = np.linalg.inv(chebyshev.chebvander(2 * PARTS - 1, DEGREE)).T  # from values there
 TAYLOR_POWERS = np.arange(DEGREE + 1)
-BETWEEN = np.maximum(TAYLOR_POWERS - TAYLOR_POWERS[:, None], 0)
+POWER_DIFFERENCES = np.maximum(TAYLOR_POWERS - TAYLOR_POWERS[:, None], 0)
 FACTORIALS = np.array([float(factorial(power)) for power in TAYLOR_POWERS])
-COEFFICIENTS = np.linalg.inv(
-    PARTS[:, None] ** TAYLOR_POWERS
-)  # coefficients of the polynomial through these
+TO_POWERS = np.linalg.inv(PARTS[:, None] ** TAYLOR_POWERS)  # from values there to coefficients
 
 
 def along_step(model: MinimalModel, step: Step) -> Now:
-    """Where the links are within a step, on its polynomial."""
+    """What loads sense at Chebyshev's points of a step, on the step's polynomial."""
     t = step.t + step.h * PARTS
     state = model.states(t, *step.at(t))
     return model.loads.now(model.window.all_inside(t), state.x, state.v)
@@ -61,7 +60,7 @@ def along_step(model: MinimalModel, step: Step) -> Now:
 
 @dataclass(frozen=True)
 class KinkGuard(Guard):
-    """A torque or force passes its kink of this number, at which its switch has this rate (1/s)."""
+    """A torque or force passes its kink number `kink`; the kink's switch has the `rate` (1/s)."""
 
     watch: KinkWatch
     load: LoadSize
@@ -70,7 +69,7 @@ class KinkGuard(Guard):
     bends = True
 
     def late(self, step: Step) -> float:
-        """How long (s) before a step's end the kink was; negative: after. 0 where it is there."""
+        """How long (s) before a step's end the kink was; negative: after; 0: at the end."""
         value = float(self.watch.at_end(self.load, step)[self.kink])
         near = abs(value) <= abs(self.rate) * instant(step.end, EVENT_TIME)
         return 0.0 if near or self.rate == 0 else value / self.rate
@@ -81,7 +80,7 @@ class KinkGuard(Guard):
 
 
 class KinkWatch:
-    """Looks at steps; knows the largest value of each switch so far, beside which others round."""
+    """Finds kinks in steps; keeps the largest value of each switch, by which rounding is told."""
 
     def __init__(self, model: MinimalModel, end_of: Callable[[Step], TreeState]) -> None:
         """`end_of` tells all coordinates at the end of a step."""
@@ -96,7 +95,7 @@ class KinkWatch:
             load.sides = (switches[:, 0] < 0).astype(float).tolist()
 
     def first(self, step: Step) -> Crossing | None:
-        """Passage of a kink that comes first within a step; None if there is none."""
+        """First passage of a kink within a step; None if there is none."""
         if not self._model.loads.bent:
             return None
         now, passages = along_step(self._model, step), []
@@ -105,7 +104,7 @@ class KinkWatch:
             largest = np.maximum(self._largest.get(load, 0.0), np.abs(values).max(axis=1))
             self._largest[load] = largest
             ways = np.where(load.sides, -1.0, 1.0) / np.maximum(largest, np.finfo(float).tiny)
-            for k, falling in enumerate(ways[:, None] * values @ THROUGH):
+            for k, falling in enumerate(ways[:, None] * values @ TO_CHEBYSHEV):
                 if falling[0] > np.abs(falling[1:]).sum():  # it surely stays above zero
                     continue
                 slopes = StepPolynomial.derivative(falling[None])[0].tolist()
@@ -122,9 +121,9 @@ class KinkWatch:
         """Switches (kinks,) of a load at the end of a step."""
         return load.switches(self._now(step.end, self._end_of(step)))[:, 0]
 
-    def _now(self, time: float, at: TreeState) -> Now:
+    def _now(self, time: float, state: TreeState) -> Now:
         inside = self._model.window.inside(time)
-        return self._model.loads.now(np.array([inside]), at.x[None], at.v[None])
+        return self._model.loads.now(np.array([inside]), state.x[None], state.v[None])
 
 
 class AlongStep(NamedTuple):
@@ -134,7 +133,7 @@ class AlongStep(NamedTuple):
     rates: FloatArray
 
     def bounds(self, within: Bounds) -> dict[int, Bounds]:
-        """Bounds of it and of its time derivatives, over parts of the step."""
+        """Bounds of what is sensed, and of its time derivatives, over parts of the step."""
         middle, radius = (within.high + within.low) / 2 - self.t, (within.high - within.low) / 2
         values = _taylor(middle) @ self.rates
         off = (_taylor(radius) - np.eye(DEGREE + 1)) @ np.abs(values)
@@ -147,28 +146,29 @@ class AlongStep(NamedTuple):
 
 def _taylor(ahead: FloatArray) -> FloatArray:
     """Derivatives of a polynomial from those a time (n,) s before: matrices (n, powers, powers)."""
-    return np.triu(ahead[:, None, None] ** BETWEEN / FACTORIALS[BETWEEN])
+    return np.triu(ahead[:, None, None] ** POWER_DIFFERENCES / FACTORIALS[POWER_DIFFERENCES])
 
 
-CELLS = 64  # half of those looked at together, which takes as long as one
+CELLS = 64  # half the number of cells whose bounds are computed together, as fast as those of one
 
 
 class _Cells:
-    """Cells (m or rad) of the place that a formula is of: how much of it a step hides within one.
+    """Cells (m or rad) that divide the place on which a formula depends.
 
-    Cells of a size begin at its multiples. Bounds of a cell cost more time than a step, so they are
-    kept. They are asked of cells as large as may be: these are few.
+    They tell how much of the formula may be hidden between the stages of a step, if the step stays
+    within a cell. Cells of a size begin at its multiples. Bounds of a cell cost more time than a
+    step, so they are kept; the largest cells that will do are taken, since these are few.
     """
 
     def __init__(self, formula: Expression) -> None:
         self._terms = formula.along(0.0, 1.0).addends
-        self._size = 1.0  # m or rad, tried first
+        self._size = 1.0  # m or rad, of the cells that are tried first
         self._hidden = lru_cache(self._hidden_in)
 
     def show(self, places: FloatArray, little: float) -> bool:
         """Tell whether a step with these places at its stages hides at most `little` (N or N m)."""
         low, high = min(places), max(places)
-        # A step is cut at parts that are SHORTER than it; at its fastest it goes twice its mean.
+        # A step is cut at parts that are SHORTER than it; it is up to twice as fast as its mean.
         least = 2 * max(high - low, PLACE_ROUNDING) / SHORTER
         self._size = max(self._size, 2.0 ** ceil(log2(least)))
         while self._size >= least:
@@ -181,18 +181,18 @@ class _Cells:
         return False
 
     def _hidden_in(self, size: float, begin: int) -> FloatArray:
-        """How much (N or N m) cells of this size hide, (2 CELLS,), from the number `begin` on."""
+        """How much (N or N m) cells (2 CELLS,) of a size hide; the first has the number `begin`."""
         low = size * np.arange(begin, begin + 2 * CELLS, dtype=float)
         cells = Bounds(low, low + size)
         rests = [[*remainders(term, cells)][-1] for term in self._terms]
         return np.asarray(np.sum(rests, axis=0))
 
 
-class Overlooked:
-    """Looks at the steps of a model."""
+class PulseWatch:
+    """Finds pulses of formulas that lie between the stages of a step."""
 
     def __init__(self, model: MinimalModel, end: float) -> None:
-        """`end` (s) is that of the run."""
+        """`end` (s) is the end of the run."""
         self._model, self._end = model, end
         self._cells = {
             size: _Cells(size.expression) if size.expression.of_a_place else None
@@ -200,9 +200,9 @@ class Overlooked:
         }
 
     def part(self, step: Step, allowed: float) -> float:
-        """Part of a step after which a formula is not what its stages tell; 1 if nowhere.
+        """Part of a step up to which its stages tell every formula; 1 if they do all along it.
 
-        `allowed` is how far (m) that may have moved anything by the end of the run.
+        `allowed` (m) is how far a hidden pulse may move anything by the end of the run.
         """
         earliest = 1.0
         if not self._cells or not len(step.start.q):
@@ -221,11 +221,11 @@ class Overlooked:
                 continue
             try:
                 along = along or loads.formulas(along_step(self._model, step))
-            except (ValueError, ArithmeticError):  # no place within: the step itself was good
+            except (ValueError, ArithmeticError):  # a formula has no value between good stages
                 return earliest
             clock = given.formula.clock
             scale = FACTORIALS / step.h**TAYLOR_POWERS
-            rates = scale[:, None] * (COEFFICIENTS @ np.array(along[number].sensed).T)
+            rates = scale[:, None] * (TO_POWERS @ np.array(along[number].sensed).T)
             ends = clock + self._model.window.all_inside(step.t + step.h * PARTS[[0, -1]])
             bounds = AlongStep(clock + step.t, rates).bounds
             for addend in given.formula.expression.addends:
@@ -234,7 +234,7 @@ class Overlooked:
                 edges, _ = resolved(addend, ends, lambda _: 1.0, by_area, bounds)
                 short = np.flatnonzero(np.diff(edges) < step.h / SHORTER)
                 inner = np.union1d(edges[short], edges[short + 1]) - ends[0]
-                # A value that is one instant's alone makes no step shorter.
+                # No step is short enough for a value that a formula has at a single instant.
                 inner = inner[(inner > NEGLIGIBLE * self._end) & (inner < step.h)]
                 earliest = min(earliest, *(inner[:1] / step.h), 1.0)
         return earliest

@@ -6,17 +6,19 @@ friction,
 
     M z'' = f + sum(g^T T),      v > 0: T = -b,   v < 0: T = b,   v = 0: -b <= T <= b.
 
-A joint that rests is held as a closed contact is: ``g z'' + c = 0``, with errors dying out (see
-`rigid.BAUMGARTE`); it slides on where T reaches the bound, and what slides may rest where v is
-zero. There the T of all joints at rest are those that make the accelerations least, in Gauss's
-sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*, Springer 1988).
-Where more joints rest than there are freedoms between them, as in a loop, their T are those that
-use the least part of their bounds: they slide when none other would hold. A freewheel has no bound
-on one side: there v is never beyond zero, and in an impact T has the impulse that it takes (F.
-Pfeiffer and Ch. Glocker, *Multibody Dynamics with Unilateral Contacts*, Wiley 1996).
+A joint that rests is held like a closed contact: ``g z'' + c = 0``, and errors of steps die out
+(see `rigid.BAUMGARTE`). It slides again when T reaches the bound, and a joint that slides may come
+to rest where v is zero. There the T of all joints at rest are those that make the accelerations
+least, in Gauss's sense, within the bounds (J. J. Moreau, in *Nonsmooth Mechanics and Applications*,
+Springer 1988). In a loop more joints may rest than it has degrees of freedom. Then their T are
+those that use the smallest part of their bounds: the joints slide when no other T would hold them.
+A freewheel has no bound on one side: v never goes beyond zero there, and in an impact T has the
+impulse that this takes (F. Pfeiffer and Ch. Glocker, *Multibody Dynamics with Unilateral Contacts*,
+Wiley 1996).
 
-By the force R in the joint, ``b = constant + share |R|``, and R is affine in all T: R = R0 + D T.
-There is one T as long as the eigenvalues of share |D| are less than 1; beyond, friction locks.
+The bound follows from the force R in the joint, ``b = constant + share |R|``, and R is affine in
+all T: R = R0 + D T. There is exactly one T as long as the eigenvalues of share |D| are less than 1;
+beyond that friction locks the joint.
 """
 
 from __future__ import annotations
@@ -48,7 +50,8 @@ def within_bounds(
 ) -> FloatArray:
     """T (k,) that make ``T W T/2 + free T`` least for a mobility W (k, k), none beyond its bounds.
 
-    So a joint rests, ``W T + free = 0``, or T is at the bound against its acceleration. With a root
+    Either a joint rests, ``W T + free = 0``, or its T is the bound that acts against its
+    acceleration. With a root
     of W, ``W = A^T A``, that is a least-squares problem with bounds (P. B. Stark and R. L. Parker,
     Comput. Stat. 10 (1995) 129).
     """
@@ -82,24 +85,24 @@ def dependent(mobility: FloatArray, held: IndexArray) -> Iterator[IndexArray]:
 
 
 def least_part(torque: FloatArray, bound: FloatArray, g: FloatArray) -> FloatArray:
-    """T (n, block) with the effect of `torque` whose largest part of a bound is least.
+    """T (n, block) with the same effect as `torque`, whose largest ratio to its bound is least.
 
     `g` (n, block, independent) is the effect of a unit of each. If the joints share one degree of
-    freedom all take the same part of their bounds; else a linear programme tells the parts.
+    freedom, all have the same ratio; else a linear programme gives the ratios.
     """
     bound = np.maximum(bound, LEAST_BOUND)
     arms = g * bound[..., None]
     ways, sizes, _ = np.linalg.svd(arms, full_matrices=False)
     if sizes.shape[1] < 2 or (sizes[:, 1] <= NEGLIGIBLE * sizes[:, 0]).all():
         by_motion = sizes[:, :1] * ways[..., 0]
-        done = (by_motion * torque / bound).sum(axis=1) / np.abs(by_motion).sum(axis=1)
-        return np.asarray(np.sign(by_motion) * done[:, None] * bound)
+        ratio = (by_motion * torque / bound).sum(axis=1) / np.abs(by_motion).sum(axis=1)
+        return np.asarray(np.sign(by_motion) * ratio[:, None] * bound)
     columns = zip(torque / bound, ways, sizes, strict=True)
     return np.array([_least_largest(*column) for column in columns]) * bound
 
 
 def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Parts (block,) of bounds with the effect of `part`, the largest of which is least.
+    """Ratios (block,) to bounds with the same effect as `part`; the largest of them is least.
 
     `ways` (block, motions) and `sizes` are of the singular value decomposition.
     """
@@ -113,15 +116,15 @@ def _least_largest(part: FloatArray, ways: FloatArray, sizes: FloatArray) -> Flo
     return np.asarray(least + arms.T @ (whole - arms @ least))
 
 
-STILL = 1e-9  # rad/s or m/s: what is slower rests, if forces let it
-HELD_STILL = 1e-5  # likewise, of a joint that is held: more than the error of steps there
-AT_BOUND = 1e-6  # of a bound: a joint so near to it slides as soon as another reaches its own
+STILL = 1e-9  # rad/s or m/s: a slower joint rests, if the forces allow it
+HELD_STILL = 1e-5  # the same for a joint that already rests: more than its error of steps
+AT_BOUND = 1e-6  # of a bound: a joint so near its bound slides as soon as another joint slides
 MOST_ROUNDS, SEARCH_ROUNDING = 100, 1e-13  # of the iteration for friction and forces in joints
-FEW_ROUNDS = 8  # likewise, where each round adds some digits
+FEW_ROUNDS = 8  # of an iteration in which each round adds some digits
 
 
 class LockedError(Sendable, ArithmeticError):
-    """Friction by the force in a joint has no answer, or more than one."""
+    """Friction that grows with the force in its joint has no solution, or several."""
 
     advice = "a smaller 'coefficient' or 'radius'"
     key = "friction"
@@ -148,12 +151,12 @@ class BackwardError(LockedError):
 
 
 class _Known(NamedTuple):
-    """All joints at instants (n,), with what T does.
+    """All joints at instants (n,), and the effect of their T.
 
     `free` (n, joints, independent) is g; `away` (n, joints) are accelerations without T, and
-    `mobility` (n, joints, joints) those by a unit of each T; `rate` and `place` are of joints. The
-    forces R are `felt` (n, joints, 2) without T, and `by` (n, joints, joints, 2) by a unit of each
-    T, which the last axis but one counts.
+    `mobility` (n, joints, joints) accelerations by a unit of each T; `rate` and `place` (n, joints)
+    are speeds and coordinates. The forces R are `felt` (n, joints, 2) without T, and `by` (n,
+    joints with R, joints with T, 2) by a unit of each T.
     """
 
     free: FloatArray
@@ -166,11 +169,11 @@ class _Known(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """How joints answer what begins to press, at one state.
+    """How joints react to contacts that begin to press, at one state.
 
-    Freewheels (w,) that may lock: `rows` (w, independent) of the speeds that they bar from falling
-    below zero, with which they already `lock`, and how these accelerate, `away`. `held` (h,
-    independent) are rows of the other joints that rest.
+    Of freewheels (w,) that may lock, `rows` (w, independent) are gradients of the speeds that they
+    keep from falling below zero, `lock` are the torques by which they lock already, and `away` the
+    accelerations. `held` (h, independent) are gradients of the other joints that rest.
     """
 
     rows: FloatArray
@@ -179,10 +182,10 @@ class Answer(NamedTuple):
     held: FloatArray
 
     def moved(self, rows: FloatArray, pushed: FloatArray, mass: FloatArray) -> FloatArray:
-        """Accelerations (c + w, c + w) of gaps and freewheels by units of what acts in each.
+        """Accelerations (c + w, c + w) of gaps and freewheels by a unit force in each.
 
-        Gaps have `rows` (c, independent), their contacts push by `pushed`. Joints that rest are
-        carried along, but where contacts hold all that these do.
+        Gaps have gradients `rows` (c, independent), and a unit in their contacts gives the forces
+        `pushed`. Joints that rest stay at rest, unless that leaves a contact no motion.
         """
         rows, pushed = np.vstack([rows, self.rows]), np.vstack([pushed, self.rows])
         freely = rows @ np.linalg.solve(mass, pushed.T)
@@ -222,7 +225,7 @@ class JointFrictions:
         self.way = np.zeros(count)
         self.side = np.ones(count)  # sign of a slide's force across its line
         self._place = np.full(count, np.nan)  # where joints rest
-        self.since = np.zeros(count)  # speed with which each left its rest: the error of steps
+        self.since = np.zeros(count)  # speed with which each joint left its rest: an error of steps
         self.stopped: int | None = None  # number of the joint that has just come to rest
 
     @property
@@ -232,7 +235,7 @@ class JointFrictions:
 
     @property
     def has_sides(self) -> IndexArray:
-        """Numbers of slides that rub by their force."""
+        """Numbers of slides whose friction grows with the force in them."""
         return np.flatnonzero(self._slides & (self.shares > 0))
 
     # --- what is known ------------------------------------------------------------------------
@@ -247,26 +250,26 @@ class JointFrictions:
         largest = np.abs(self.rows).max(axis=1, initial=0.0)[:, None]
         return np.asarray(np.where(np.abs(free) > ROUNDING * largest, free, 0.0))
 
-    def _look(self, at: Evaluation) -> _Known:
+    def _look(self, evaluation: Evaluation) -> _Known:
         """Look at states (n,) without friction, but with contacts that hold closed gaps.
 
-        These answer each T. What they hold no friction holds, which would share it with them in an
-        unknown way.
+        Their reactions change with each T. A joint that contacts hold counts as without friction:
+        how both would share the force is unknown.
         """
-        kept, state = at.kept, at.kept.state
-        count, joints = len(at.force), len(self.all)
-        free = np.broadcast_to(self._free(state), (count, joints, at.force.shape[1]))
+        kept, state = evaluation.kept, evaluation.kept.state
+        count, joints = len(evaluation.force), len(self.all)
+        free = np.broadcast_to(self._free(state), (count, joints, evaluation.force.shape[1]))
         push, rows = free, np.broadcast_to(self.rows, (count, *self.rows.shape))
         if self._rigid.closed():
-            holding = self._rigid.holding(at)
+            holding = self._rigid.holding(evaluation)
             answers = holding.reactions(free)
-            at = self._rigid.with_reactions(at, holding)
-            kept = at.kept
+            evaluation = self._rigid.with_reactions(evaluation, holding)
+            kept = evaluation.kept
             push, rows = free + answers @ holding.pushed_free, rows + answers @ holding.pushed
             moves = np.abs(push).max(axis=2) > NEGLIGIBLE * np.abs(free).max(axis=2)
             free, push, rows = (moves[..., None] * column for column in (free, push, rows))
-        forces = np.concatenate([at.force[:, None], push], axis=1)
-        moved = np.swapaxes(np.linalg.solve(at.mass, np.swapaxes(forces, 1, 2)), 1, 2)
+        forces = np.concatenate([evaluation.force[:, None], push], axis=1)
+        moved = np.swapaxes(np.linalg.solve(evaluation.mass, np.swapaxes(forces, 1, 2)), 1, 2)
         mobility = moved[:, 1:] @ np.swapaxes(free, 1, 2)
         away = state.b @ self.rows.T + (free @ moved[:, 0, :, None])[..., 0]
         felt = np.zeros((count, 1 + joints, joints, 2))
@@ -297,18 +300,19 @@ class JointFrictions:
 
     # --- equations ----------------------------------------------------------------------------
 
-    def act(self, at: Evaluation) -> Evaluation:
-        """Return evaluations at instants (n,) with friction, as all joints slide or rest now.
+    def act(self, evaluation: Evaluation) -> Evaluation:
+        """Return evaluations at instants (n,) with friction, while all joints slide or rest as now.
 
         Raises:
-            LockedError: friction by the forces in joints has no answer, or more than one.
+            LockedError: friction by the forces in joints has no solution, or several.
 
         """
-        held, moving, known, kept = self.held, np.flatnonzero(self.way), self._look(at), at.kept
+        held, moving = self.held, np.flatnonzero(self.way)
+        known, kept = self._look(evaluation), evaluation.kept
         torque = np.zeros(known.rate.shape)
         torque[:, moving] = -(self.way * self._constant)[moving]
-        even = not self._rigid.closed()
-        inverse = scaled_inverse(known.mobility[:, held[:, None], held], even=even)
+        symmetric = not self._rigid.closed()
+        inverse = scaled_inverse(known.mobility[:, held[:, None], held], symmetric=symmetric)
         off = np.nan_to_num(known.place - self._place)
         wanted = (-known.away - 2 * BAUMGARTE * known.rate - BAUMGARTE**2 * off)[:, held]
         by_moving = -inverse @ known.mobility[:, held[:, None], moving]
@@ -322,7 +326,7 @@ class JointFrictions:
         bound = self._bound(known, torque)
         for block in dependent(known.mobility[0], held):
             if self.one_way[block].any():
-                continue  # what holds without bound has no part of one
+                continue  # a freewheel holds without a bound, so that there is no ratio
             for _ in range(FEW_ROUNDS if self.shares.any() else 1):
                 columns = torque[:, block], bound[:, block], known.free[:, block]
                 torque[:, block] = least_part(*columns)
@@ -332,10 +336,11 @@ class JointFrictions:
         friction = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
         whole = kept.force + torque @ self.rows
         acts = known.free
-        if not even:  # what slides brakes, also where contacts with what drives move carry it along
+        # A joint that slides brakes, too, where contacts with driven parts carry it along.
+        if not symmetric:
             acts = np.where((self.way != 0)[:, None], self._free(kept.state), acts)
-        free = at.force + (torque[:, None] @ acts)[:, 0]
-        return at._replace(force=free, kept=kept._replace(force=whole, friction=friction))
+        free = evaluation.force + (torque[:, None] @ acts)[:, 0]
+        return evaluation._replace(force=free, kept=kept._replace(force=whole, friction=friction))
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
         felt = np.linalg.norm(_felt(known, torque), axis=-1)
@@ -347,9 +352,10 @@ class JointFrictions:
         return np.where(one_way < 0, -inf, -bound), np.where(one_way > 0, inf, bound)
 
     def left_of_bound(self, k: int, friction: FloatArray) -> FloatArray:
-        """What is left (n,) to joint k at rest, by its T and bounds (n, 2 or more); below 0 none.
+        """How far (n,) the T of joint k at rest is within its bound; below 0 it is beyond.
 
-        A part of the bound; of a freewheel all, N m.
+        `friction` (n, 2 or more) has T and bounds. The answer is a part of the bound; of a
+        freewheel it is a torque, N m.
         """
         torque, bound = friction[:, 0], friction[:, 1]
         if self.one_way[k]:
@@ -378,72 +384,77 @@ class JointFrictions:
         raise LockedError(self.all[which[np.abs(change).max(axis=0).argmax()]].name)
 
     def _require_unique(self, share: FloatArray, by: FloatArray, which: IndexArray) -> None:
-        """Require that bounds grow more slowly than T, in whatever units: then T is unique."""
+        """Require that bounds grow more slowly than T, in any units: then T is unique."""
         grown = share[:, None] * np.linalg.norm(by, axis=-1)
         if not share.any() or np.abs(np.linalg.eigvals(grown)).max(initial=0.0) < 1:
             return
         worst = np.diagonal(grown, axis1=-2, axis2=-1).max(axis=0).argmax()
         raise LockedError(self.all[which[worst]].name)
 
-    def held_rows(self, at: Evaluation) -> FloatArray:
+    def held_rows(self, evaluation: Evaluation) -> FloatArray:
         """Return g (k, independent) of the joints that rest, at one state."""
-        return self._free(at.kept.state)[self.held] if self.all else np.zeros((0, len(at.mass)))
+        return (
+            self._free(evaluation.kept.state)[self.held]
+            if self.all
+            else np.zeros((0, len(evaluation.mass)))
+        )
 
-    def answer(self, at: Evaluation) -> Answer:
-        """Return how joints answer what begins to press, at one state with their friction."""
-        state: TreeState = at.kept.state
+    def answer(self, evaluation: Evaluation) -> Answer:
+        """Return how joints react to contacts that begin to press, at one state with friction."""
+        state: TreeState = evaluation.kept.state
         free, rate = self._free(state), self.rows @ state.v
         still = np.abs(rate) <= np.where(self.way == 0, HELD_STILL, STILL)
         rests = still & free.any(axis=1)
         wheels, held = rests & (self.one_way != 0), rests & (self.one_way == 0) & (self.way == 0)
-        ways, (torque, bound) = self.one_way[wheels], at.kept.friction[wheels, :2].T
-        away = free[wheels] @ at.accelerations + self.rows[wheels] @ state.b
+        ways, (torque, bound) = self.one_way[wheels], evaluation.kept.friction[wheels, :2].T
+        away = free[wheels] @ evaluation.accelerations + self.rows[wheels] @ state.b
         rows = ways[:, None] * free[wheels]
         return Answer(rows, ways * torque + bound, ways * away, free[held])
 
     # --- impacts ------------------------------------------------------------------------------
 
-    def struck(self, at: Evaluation) -> IndexArray:
-        """Numbers of the joints that take an impulse.
+    def struck(self, evaluation: Evaluation) -> IndexArray:
+        """Numbers of the joints that act in an impact: by friction, or as a freewheel.
 
-        That of friction is in proportion to the joint's; a freewheel locks.
+        The impulse of friction is in proportion to the impulse in the joint; a freewheel locks.
         """
-        driven = self.driven(at.kept.state) if self.all else np.zeros(0, dtype=bool)
+        driven = self.driven(evaluation.kept.state) if self.all else np.zeros(0, dtype=bool)
         return np.flatnonzero(((self.shares > 0) | (self.one_way != 0)) & ~driven)
 
-    def impulses_by(self, at: Evaluation, free: FloatArray, rows: FloatArray) -> FloatArray:
-        """Impulses (k, joints, 2), N s, in joints by units of some impulses, at one state.
+    def impulses_by(self, evaluation: Evaluation, free: FloatArray, rows: FloatArray) -> FloatArray:
+        """Impulses (k, joints, 2), N s, in joints by unit impulses (k,), at one state.
 
-        These act by `free` (k, independent) on the independent coordinates, and by `rows` on all.
+        A unit impulse acts by `free` (k, independent) on the independent coordinates, and by `rows`
+        (k, links) on all.
         """
-        state: TreeState = at.kept.state
-        jumps = np.linalg.solve(at.mass, free.T).T @ state.transform.matrix.T
-        felt = self._force(state.pick(None), (jumps @ at.kept.mass - rows)[None])
+        state: TreeState = evaluation.kept.state
+        jumps = np.linalg.solve(evaluation.mass, free.T).T @ state.transform.matrix.T
+        felt = self._force(state.pick(None), (jumps @ evaluation.kept.mass - rows)[None])
         return np.asarray(felt[0])
 
     # --- which rest ---------------------------------------------------------------------------
 
-    def settle(self, at: Evaluation) -> None:
-        """Tell which joints slide, and which way, at a state (1,) without friction.
+    def settle(self, evaluation: Evaluation) -> None:
+        """Decide which joints slide, and in which direction, at a state (1,) without friction.
 
         Raises:
-            LockedError: friction by the forces in joints has no answer, or more than one; or a
-                freewheel is turned the way in which it locks.
+            LockedError: friction by the forces in joints has no solution, or several; or a
+                freewheel is turned in the direction in which it locks.
 
         """
-        before, known, joints = self.way, self._look(at), np.arange(len(self.all))
+        before, known, joints = self.way, self._look(evaluation), np.arange(len(self.all))
         self._require_unique(self.shares, known.by, joints)
         rate = known.rate[0]
         still = np.abs(rate) <= np.where(before == 0, HELD_STILL, STILL)
         still |= joints == self.stopped
         way = np.where(still, 0.0, np.sign(rate))
-        driven = self.driven(at.kept.state.pick(0))
-        by_drives = at.kept.state.b[0]
+        driven = self.driven(evaluation.kept.state.pick(0))
+        by_drives = evaluation.kept.state.b[0]
         given = self.rows @ by_drives
         pushed = np.abs(given) > NEGLIGIBLE * np.abs(by_drives).max()
         way = np.where(driven & (way == 0) & pushed, np.sign(given), way)
         if self._rigid.closed():
-            carried = self._carried(at) * ~known.free[0].any(axis=-1) * ~driven
+            carried = self._carried(evaluation) * ~known.free[0].any(axis=-1) * ~driven
             way = np.where(way == 0, carried, way)
         backward = way * self.one_way < 0
         if backward.any():
@@ -472,19 +483,19 @@ class JointFrictions:
         self._place = np.where(fresh, known.place[0], self._place)
         self.way, self.since, self.stopped = way, np.where(still, rate, 0.0), None
 
-    def _carried(self, at: Evaluation) -> FloatArray:
-        """Ways (joints,) in which contacts with what drives move accelerate joints; 0 of none."""
-        moved = self._rigid.with_reactions(at)
-        state = at.kept.state.pick(0)
+    def _carried(self, evaluation: Evaluation) -> FloatArray:
+        """Signs (joints,) of accelerations that contacts with driven parts cause, or 0."""
+        moved = self._rigid.with_reactions(evaluation)
+        state = evaluation.kept.state.pick(0)
         by_forces = state.transform.matrix @ np.linalg.solve(moved.mass[0], moved.force[0])
         given = self.rows @ (state.b + by_forces)
         sizes = np.abs(self.rows) @ (np.abs(state.b) + np.abs(by_forces))
         return np.where(np.abs(given) > NEGLIGIBLE * sizes, np.sign(given), 0.0)
 
     def slide(self, k: int, friction: FloatArray, v: FloatArray) -> None:
-        """Let joint k slide, and all that are at their bounds, by T and bounds (joints, 2 or more).
+        """Let joint k slide, and all joints at their bounds; `v` (links,) are the present speeds.
 
-        `v` (links,) are the speeds then.
+        `friction` (joints, 2 or more) has T and bounds.
         """
         torque, bound = friction[:, 0], friction[:, 1]
         starts = (self.way == 0) & (np.abs(torque) >= (1 - AT_BOUND) * bound) & (bound > 0)

@@ -1,4 +1,4 @@
-"""Impacts by impulse: what happens at the instant at which gaps of rigid contacts close.
+"""Impacts by impulse, at an instant at which gaps of rigid contacts close.
 
 The configuration stays, the speeds z' jump by impulses p along the gaps' gradients G:
 
@@ -7,21 +7,21 @@ The configuration stays, the speeds z' jump by impulses p along the gaps' gradie
 with g' the rates of the gaps before (a) and after (s): Newton's law of impact for all contacts that
 are closed at that instant, as complementarity (J. J. Moreau, in *Nonsmooth Mechanics and
 Applications*, Springer 1988; F. Pfeiffer and Ch. Glocker, *Multibody Dynamics with Unilateral
-Contacts*, Wiley 1996, ch. 8). The kinetic energy changes by ``p (g'_a + g'_s)/2`` of each, and by
-what drives do that keep their speeds. Bounces get shorter and shorter; where the next one would be
-too low to be seen, the contact lasts: which of those at rest press follows likewise from their
-accelerations.
+Contacts*, Wiley 1996, ch. 8). The kinetic energy changes by ``p (g'_a + g'_s)/2`` of each contact,
+and by the work of drives that keep their speeds. Bounces get shorter and shorter; where the next
+bounce would be too low to be seen, the contact rests. Which of the resting contacts press is again
+a complementarity problem, of their accelerations.
 
-In the impact of one contact with Coulomb's friction both impulses grow together until it is over.
-With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of the gap follow
+In the impact of a single contact with Coulomb's friction both impulses grow together until it is
+over. With the inverse masses k_t, k_n and k_tn at the contact, slip u and rate w of the gap follow
 
     u = u_a + k_t P_t + k_tn P_n,      w = w_a + k_n P_n + k_tn P_t
 
 as P_n grows (E. J. Routh, *Dynamics of a System of Rigid Bodies*, part 1, 1897; Y. Wang and
-M. T. Mason, J. Appl. Mech. 59 (1992) 635). While it slides dP_t = -mu sgn(u) dP_n; where u comes to
-zero it sticks if friction is enough, and else slides back. The gap closes until w = 0, at P_c, and
-the touch is over at (1 + e) P_c: this is Poisson's restitution, which never adds energy. With
-k_tn = 0, as of a round body, it is the same as Newton's.
+M. T. Mason, J. Appl. Mech. 59 (1992) 635). While the contact slides dP_t = -mu sgn(u) dP_n. Where u
+comes to zero, it sticks if friction is enough, and else slides back. The gap closes until w = 0, at
+P_c, and the impact is over at (1 + e) P_c. This is Poisson's restitution, which never adds energy.
+With k_tn = 0, as of a round body, it is the same as Newton's.
 """
 
 from __future__ import annotations
@@ -60,21 +60,21 @@ from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.result import Interval
 from exudyn_flexlink.rounding import LEAST_LENGTH, NEGLIGIBLE, TINY
 
-SAME_INSTANT = 10.0  # instants: a gap that is zero within so little time is closed, too
-# m/s, of a point that was struck as it went away: below this, treated as zero. It comes out of
-# what a gap is off by, and nobody sees that.
+SAME_INSTANT = 10.0  # times the error of an instant: a gap that is zero so soon counts as closed
+# m/s: a slower point that leaves a contact counts as at rest. Errors of gaps give it such speeds,
+# and nobody sees that.
 INVISIBLE_SPEED = 1e-4
-# Of an impact's largest impulse, and of how far it moves a gap: less is not passed on. Of a rigid
-# contact's largest reaction in the last step: one that is so little below zero pulls nothing.
+# Of an impact's largest impulse, or of its largest effect on a gap: a smaller one is rounding. Of a
+# rigid contact's largest reaction in the last step: a reaction above minus this counts as zero.
 WEAK_PUSH = 1e-6
 AMONG_OTHERS = "turns slip back, which is known of one contact alone, without friction in joints"
 UNEVEN = "turns slip back where the bodies are not round about it: that would make energy"
 
 
 class Meeting(NamedTuple):
-    """Inverse masses k_t, k_n, k_tn (1/kg), slip u_a and rate w_a of the gap before (m/s).
+    """Inverse masses k_t, k_n, k_tn (1/kg) of an impact; slip u_a and gap rate w_a before (m/s).
 
-    `contact` is its name.
+    `contact` is the name of the contact.
     """
 
     along: float
@@ -86,63 +86,66 @@ class Meeting(NamedTuple):
 
     @property
     def is_round(self) -> bool:
-        """Tell whether neither impulse changes the speed that the other does."""
+        """Tell whether k_tn is zero: an impulse across does not change the slip, and vice versa."""
         return self.both**2 <= NEGLIGIBLE**2 * self.along * self.across
 
 
-def impulses(at: Meeting, friction: float, restitution: float) -> tuple[float, float]:
+def impulses(meeting: Meeting, friction: float, restitution: float) -> tuple[float, float]:
     """Return P_n and P_t (N s) of an impact with a coefficient of friction and a restitution.
 
     Raises:
         JammedError: no impulse, however large, ends the approach.
 
     """
-    both = 0.0 if at.is_round else at.both
-    slides, then = _ways(at, both, friction)
-    turning = both + at.along * slides
-    stops = -at.slip / turning if at.slip * turning < 0 else 0.0 if at.slip == 0 else inf
-    closing = at.across + both * slides
-    squeezed = -at.rate / closing if closing > NEGLIGIBLE * at.across else inf
+    both = 0.0 if meeting.is_round else meeting.both
+    slides, then = _ways(meeting, both, friction)
+    turning = both + meeting.along * slides
+    stops = (
+        -meeting.slip / turning if meeting.slip * turning < 0 else 0.0 if meeting.slip == 0 else inf
+    )
+    closing = meeting.across + both * slides
+    squeezed = -meeting.rate / closing if closing > NEGLIGIBLE * meeting.across else inf
     if squeezed > stops:
-        left, closing = at.rate + closing * stops, at.across + both * then
-        squeezed = stops - left / closing if closing > NEGLIGIBLE * at.across else inf
+        rate, closing = meeting.rate + closing * stops, meeting.across + both * then
+        squeezed = stops - rate / closing if closing > NEGLIGIBLE * meeting.across else inf
     if squeezed == inf:
-        raise JammedError(at.contact)
+        raise JammedError(meeting.contact)
     pressed = (1 + restitution) * squeezed
     slid = min(pressed, stops)
     return pressed, slides * slid + then * (pressed - slid)
 
 
-def _ways(at: Meeting, both: float, friction: float) -> tuple[float, float]:
-    """Return dP_t/dP_n at first, and once the slip has come to zero."""
-    sticks = at.along > 0 and abs(both) <= friction * at.along
-    # Where nothing can move along the face friction has no effect; at rest it needs no force.
-    then = -both / at.along if sticks else -copysign(friction, both) if both else 0.0
-    return (-copysign(friction, at.slip) if at.slip else then), then
+def _ways(meeting: Meeting, both: float, friction: float) -> tuple[float, float]:
+    """Return dP_t/dP_n at first, and after the slip has come to zero."""
+    sticks = meeting.along > 0 and abs(both) <= friction * meeting.along
+    # Friction has no effect where nothing can move along the face, and needs no force at rest.
+    then = -both / meeting.along if sticks else -copysign(friction, both) if both else 0.0
+    return (-copysign(friction, meeting.slip) if meeting.slip else then), then
 
 
-def turned_back(at: Meeting, friction: float, pressed: float, returns: float) -> float:
-    """Return P_t (N s) of a round body, where the part `returns` of the slip comes back."""
-    if at.along == 0:
+def turned_back(meeting: Meeting, friction: float, pressed: float, returns: float) -> float:
+    """Return P_t (N s) of a round body, whose slip turns back by the part `returns`."""
+    if meeting.along == 0:
         return 0.0
     bound = friction * pressed
-    return max(-bound, min(bound, -(1 + returns) * at.slip / at.along))
+    return max(-bound, min(bound, -(1 + returns) * meeting.slip / meeting.along))
 
 
 def meets(touch: Touch, time: float) -> bool:
-    """Tell whether a gap is closed at a time (s), as exactly as instants are known."""
+    """Tell whether a gap is closed at a time (s), but for the error of the instant."""
     return abs(touch.gap) <= LEAST_LENGTH + SAME_INSTANT * instant(time, EVENT_TIME) * abs(
         touch.gap_rate
     )
 
 
 class Jump(NamedTuple):
-    """Jump of the independent speeds, and of each contact (c,) what it does.
+    """Jump of the independent speeds in an impact, and the part of each contact (c,) in it.
 
-    Impulse (N s), rate of the gap before and after (m/s), energy lost, work of the drives that keep
-    their speeds (J), and the impulse of friction (N s). Of each joint (joints,) what its friction
-    loses (J); `motor_work` has those drives' work by that, too, at its end. `rates` (links,) are
-    jumps of all speeds, `held` (links,) the impulses of motors, slots and loops.
+    Of contacts: `impulse` and the impulse `rub` of friction (N s), rates of the gap `before` and
+    `after` (m/s), energy `lost` (J), and `motor_work` (c + 1,), J, of the drives that keep their
+    speeds; its last entry is their work against friction in joints. `joints_lost` (joints,), J, is
+    the energy that friction in joints takes. `rates` (links,) are jumps of all speeds, `held`
+    (links,) the impulses of motors, slots and loops.
     """
 
     speeds: FloatArray
@@ -158,9 +161,10 @@ class Jump(NamedTuple):
 
 
 class Blow(NamedTuple):
-    """Impulses of contacts (c,) across and along them, and in joints (j,); rates after.
+    """Impulses `push` and `rub` of contacts (c,), and those in `joints` (j,), N s.
 
-    Of those in joints, `lock` is what freewheels hold; the rest is friction.
+    Of the impulses in joints, `lock` is the part by which freewheels lock; the rest is friction.
+    `after` and `slip` are the rates of the gaps and the slips after the impact, m/s.
     """
 
     push: FloatArray
@@ -172,7 +176,7 @@ class Blow(NamedTuple):
 
 
 def jump_of(
-    at: Evaluation,
+    evaluation: Evaluation,
     gaps: Gaps,
     restitution: FloatArray,
     laws: Sequence[RigidContact],
@@ -181,21 +185,21 @@ def jump_of(
     """Jump at one state, by contacts (c,) that are closed.
 
     Raises:
-        ArithmeticError: drives press contacts together that nothing lets give way, or friction has
-            no answer, or more than one.
+        ArithmeticError: drives press rigid contacts together, or friction has no solution, or
+            several.
 
     """
-    state: TreeState = at.kept.state
+    state: TreeState = evaluation.kept.state
     matrix, count = state.transform.matrix, len(laws)
     of_contacts = np.concatenate([gaps.rows, gaps.slides])
-    struck = joints.struck(at)
-    struck = struck[moved_by(of_contacts @ matrix, joints.rows[struck] @ matrix, at.mass)]
+    struck = joints.struck(evaluation)
+    struck = struck[moved_by(of_contacts @ matrix, joints.rows[struck] @ matrix, evaluation.mass)]
     rows = np.concatenate([of_contacts, joints.rows[struck]])
     free = rows @ matrix
     free[:count] = gaps.free
-    mobility = free @ np.linalg.solve(at.mass, free.T)
+    mobility = free @ np.linalg.solve(evaluation.mass, free.T)
     if len(struck):
-        felt = joints.impulses_by(at, free, rows)[:, struck]
+        felt = joints.impulses_by(evaluation, free, rows)[:, struck]
         speeds = joints.rows[struck] @ state.v
         none = np.zeros(len(struck))
         bounds = JointBounds(joints.shares[struck], felt, speeds, joints, struck, none)
@@ -204,21 +208,21 @@ def jump_of(
         blow = _blow(mobility, gaps, restitution, laws)
         speeds = np.zeros(0)
     impulses = np.concatenate([blow.push, blow.rub, blow.joints])
-    # Where Newton's law holds it does so exactly: a small bounce is not to be lost in rounding.
+    # `after` follows Newton's law exactly, so that a small bounce is not lost in rounding.
     before = gaps.touching[:, 1]
-    jumps = np.linalg.solve(at.mass, free.T) * impulses
+    jumps = np.linalg.solve(evaluation.mass, free.T) * impulses
     rates = matrix @ jumps
-    drives = at.kept.mass @ rates - rows.T * impulses
+    drives = evaluation.kept.mass @ rates - rows.T * impulses
     work = drives.T @ state.v
     of_each, of_joints = work[:count] + work[count : 2 * count], work[2 * count :].sum()
     turned = speeds + speeds + mobility[2 * count :] @ impulses
     joints_lost = np.zeros(len(joints.all))
     joints_lost[struck] = -0.5 * (blow.joints - blow.lock) * turned
-    # A freewheel locks once its speed has come to zero, and does no work by itself: what these
-    # formulas say it does, contacts do that turn it.
+    # A freewheel locks when its speed is zero, and does no work. The work that these formulas give
+    # it belongs to the contacts that turn it.
     turns = np.abs(mobility[2 * count :, : 2 * count] * impulses[: 2 * count])
     turns = turns[:, :count] + turns[:, count:]
-    whole = np.maximum(turns.sum(axis=1), TINY)  # 0 of a freewheel that none turns
+    whole = np.maximum(turns.sum(axis=1), TINY)  # 0 if no contact turns a freewheel
     locked = (blow.lock * turned / whole) @ turns
     closed = blow.push * (before + blow.after) + locked
     slid = blow.rub * (gaps.slip + blow.slip)
@@ -237,7 +241,7 @@ def jump_of(
 
 
 def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArray:
-    """Tell which of `others` (k, n) impulses along some rows (m, n) move."""
+    """Tell which of the rows `others` (k, n) impulses along `rows` (m, n) move."""
     both = np.concatenate([rows, others])
     arms = np.linalg.solve(mass, both.T)
     sizes = np.sqrt(np.einsum("kn,nk->k", both, arms))
@@ -249,7 +253,7 @@ def moved_by(rows: FloatArray, others: FloatArray, mass: FloatArray) -> BoolArra
 def _blow(
     mobility: FloatArray, gaps: Gaps, restitution: FloatArray, laws: Sequence[RigidContact]
 ) -> Blow:
-    """Impulses by speeds (2c, 2c) that units of them make, across and along all contacts."""
+    """Impulses of contacts; `mobility` (2c, 2c) has speeds, across and along, by unit impulses."""
     before, count = gaps.touching[:, 1], len(laws)
     none = np.zeros(0)
     masses = mobility.reshape(2, count, 2, count)
@@ -281,9 +285,9 @@ def _all_at_once(
     laws: Sequence[RigidContact],
     moved: FloatArray | None = None,
 ) -> RubbingImpact:
-    """What contacts do, one or more of which rub; those without a law are smooth.
+    """Impact of contacts of which one or more rub; the arguments are those of `rubbing_impact`.
 
-    Arguments are those of `rubbing_impact`, with the laws of the first contacts.
+    `laws` are those of the first contacts; the others, without a law, are smooth.
     """
     turned = [law.name for law in laws if law.tangential != 0]
     if turned:
@@ -298,11 +302,11 @@ def _all_at_once(
 
 
 class JointBounds(NamedTuple):
-    """Joints (j,) that take an impulse: shares of the impulse in the joint, speeds before.
+    """Joints (j,) that act in an impact: shares of the impulse in the joint, and speeds before.
 
-    `felt` (2c + j, j, 2) are impulses in them by units of those of contacts, across and along, and
-    of their own friction; `which` are their numbers among all `joints`. `rub` (j,) are impulses of
-    that friction as far as they are known.
+    `felt` (2c + j, j, 2) are impulses in these joints by unit impulses of contacts, across and
+    along, and of the joints' friction; `which` are their numbers among all `joints`. `rub` (j,) are
+    impulses of friction, as far as the iteration knows them.
     """
 
     shares: FloatArray
@@ -320,12 +324,12 @@ def _with_joints(
     laws: Sequence[RigidContact],
     joints: JointBounds,
 ) -> Blow:
-    """Impulses of contacts, and of friction in joints, which is bounded by the joints' own.
+    """Impulses of contacts, and of friction in joints, which the impulses in the joints bound.
 
-    A joint that slides after is braked by all of its bound, as by Coulomb's law in contacts.
+    If a joint slides after the impact, its friction is at the bound, as by Coulomb's law.
 
     Raises:
-        LockedError: the bound grows with the friction itself.
+        LockedError: the bound grows as fast as the friction itself.
 
     """
     contacts = 2 * len(laws)
@@ -337,7 +341,8 @@ def _with_joints(
         bound = joints.shares * np.linalg.norm(np.einsum("kji,k->ji", joints.felt, whole), axis=1)
         rub = within_bounds(mobility[contacts:, contacts:], free, (-bound, bound))
         change, joints = np.abs(rub - joints.rub), joints._replace(rub=rub)
-        # Beside what would stop each joint: what is zero but for rounding never settles.
+        # A change counts beside what would stop each joint: an impulse that is zero but for
+        # rounding never settles.
         moved = np.abs(joints.speeds) + np.abs(mobility[contacts:]) @ np.abs(impulses)
         if (change <= SEARCH_ROUNDING * moved / np.diag(mobility)[contacts:]).all():
             return blow._replace(joints=blow.lock + rub)
@@ -351,9 +356,9 @@ def _beside_joints(
     laws: Sequence[RigidContact],
     joints: JointBounds,
 ) -> Blow:
-    """Impulses of contacts, and those (j,) with which freewheels lock, beside friction of joints.
+    """Impulses of contacts, and those (j,) by which freewheels lock, with given friction in joints.
 
-    A freewheel is as one more contact, smooth and without a bounce; only its drag is friction.
+    A freewheel is treated as one more contact, smooth and without bounce; its drag is friction.
 
     Raises:
         ArithmeticError: no impulses are known, or energy would be gained.
@@ -366,7 +371,7 @@ def _beside_joints(
     numbers = np.r_[:count, contacts + wheels, count:contacts]
     signs = np.ones(len(numbers))
     signs[count:closing] = one_way[wheels]
-    # Freewheels have no speed along themselves.
+    # Freewheels have speeds across, and none along.
     system, speeds, moved = np.zeros((2 * closing,) * 2), *np.zeros((2, 2 * closing))
     used = slice(len(numbers))
     system[used, used] = mobility[np.ix_(numbers, numbers)] * signs[:, None] * signs
@@ -393,7 +398,7 @@ def _beside_joints(
 
 
 def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
-    """Tell whether one of some closed contacts that rubs moves others, or is moved by them.
+    """Tell whether a closed contact that rubs moves other contacts, or is moved by them.
 
     `moved` (2, c, 2, c) are speeds across and along contacts by 1 N s across and along each, 1/kg.
     """
@@ -404,7 +409,7 @@ def coupled(moved: FloatArray, laws: Sequence[RigidContact]) -> bool:
 
 
 def _meeting(moved: FloatArray, gaps: Gaps, c: int, name: str) -> Meeting:
-    """What an impact of contact c moves, by `inverse_masses`."""
+    """The impact of contact c alone; `moved` is that of `coupled`."""
     mobilities = moved[1, c, 1, c], moved[0, c, 0, c], moved[0, c, 1, c]
     along, of_normal, both = map(float, mobilities)
     return Meeting(along, of_normal, both, float(gaps.slip[c]), float(gaps.touching[c, 1]), name)
@@ -412,7 +417,7 @@ def _meeting(moved: FloatArray, gaps: Gaps, c: int, name: str) -> Meeting:
 
 def _rubbed(meeting: Meeting, law: RigidContact, restitution: float) -> tuple[float, float]:
     """Impulses (N s) of an impact across and along a contact that rubs."""
-    assert law.friction is not None  # only those are asked for
+    assert law.friction is not None  # only contacts that rub come here
     if meeting.rate >= 0:
         return 0.0, 0.0
     pressed, rub = impulses(meeting, law.friction.coefficient, restitution)
@@ -443,7 +448,7 @@ class Impacts:
         return self.model.rigid.all
 
     def change(self, time: float, k: int) -> None:
-        """Contact k closes, opens, or its point passes the face's line beside it."""
+        """Contact k closes or opens, or its point passes beside the face."""
         touch = self.finder.touch(k)
         what = self.model.touches.crossing(k, touch.gap, touch.inside)
         if what is Change.CLOSES:
@@ -459,9 +464,9 @@ class Impacts:
         """Let contacts that are closed bounce, or rest."""
         before = self.finder.seen
         which = [k for k in self._contacts if k == struck or self._is_closed(time, k)]
-        at, gaps = self._look(time, which)
+        state, gaps = self._look(time, which)
         restitution = np.array([self._contacts[k].restitution for k in which])
-        free = gaps.free @ at.accelerations + gaps.bend
+        free = gaps.free @ state.accelerations + gaps.bend
         over = np.array(
             [
                 self.finder.presses(k) or is_over(-gaps.touching[c, 1], restitution[c], free[c])
@@ -471,13 +476,13 @@ class Impacts:
         restitution = np.where(over, 0.0, restitution)
         if gaps.touching[:, 1].min() < 0:
             laws = [self._contacts[k] for k in which]
-            jump = jump_of(at, gaps, restitution, laws, self.model.frictions)
+            jump = jump_of(state, gaps, restitution, laws, self.model.frictions)
             self._jump(time, jump, which, over)
             hit = np.flatnonzero(jump.impulse > WEAK_PUSH * jump.impulse.max())
-            moved = np.abs(mobility(gaps, at.mass)[1][np.ix_(hit, hit)])
+            moved = np.abs(mobility(gaps, state.mass)[1][np.ix_(hit, hit)])
             if restitution[hit].any() and np.triu(moved, 1).max() > WEAK_PUSH * moved.max():
                 self.together.append((time, [self._bounces[which[c]].name for c in hit]))
-        # The next bounce of one that was struck as it went away is lower than gaps are known to.
+        # A point that leaves more slowly than this would bounce lower than the error of its gap.
         slow = {k: INVISIBLE_SPEED if k == struck else REST_SPEED for k in which}
         resting = [
             k
@@ -500,7 +505,7 @@ class Impacts:
         return apart and touch.gap_rate <= REST_SPEED and meets(touch, time)
 
     def _jump(self, time: float, jump: Jump, which: Sequence[int], over: BoolArray) -> None:
-        """Let the speeds jump, and write down the impacts."""
+        """Let the speeds jump, and record the impacts."""
         coordinates, before = self.model.coordinates, self.finder.seen
         z, v = coordinates.independent()
         end = self.model.state(time, z, v + jump.speeds)
@@ -524,30 +529,31 @@ class Impacts:
     def _rest(
         self, time: float, resting: Sequence[int], struck: int | None, approach: dict[int, float]
     ) -> None:
-        """Let those of the contacts at rest press that have to, and open the others.
+        """Let those contacts at rest press that forces close, and open the others.
 
-        The gap of `struck` falls; `approach` (m/s) are speeds at which contacts came to rest.
+        The gap of contact `struck` has just come to zero; `approach` (m/s) are the speeds at which
+        contacts came to rest.
         """
         if not resting:
             return
         with self.model.touches.without(resting):
             self.finder.frictions.settle(time, *self.model.coordinates.independent())
-            at, gaps = self._look(time, resting)
+            state, gaps = self._look(time, resting)
             soon = None if struck is None else self._free_soon(time, resting)
-        now = at.accelerations
+        now = state.accelerations
         free = gaps.free @ now + gaps.bend
-        pushed = self.model.rigid.pushing(resting, gaps, at.kept.state)[1]
+        pushed = self.model.rigid.pushing(resting, gaps, state.kept.state)[1]
         smooth = pushed is gaps.free
-        moved = self.model.rigid.opened(resting, gaps, mobility(gaps, at.mass)[0], pushed)
+        moved = self.model.rigid.opened(resting, gaps, mobility(gaps, state.mass)[0], pushed)
         count, known = len(resting), np.zeros(0)
         if self.model.frictions.all:
-            answer = self.model.frictions.answer(at)
-            moved, known = answer.moved(gaps.free, pushed, at.mass), answer.lock
+            answer = self.model.frictions.answer(state)
+            moved, known = answer.moved(gaps.free, pushed, state.mass), answer.lock
             free = np.append(free, answer.away)
-        acting = complementary(moved, free - moved[:, count:] @ known, even=smooth)
+        acting = complementary(moved, free - moved[:, count:] @ known, symmetric=smooth)
         press = acting[:count]
-        # A gap that falls though nothing accelerates it yet will be pressed. Where a spring is just
-        # unloaded, rounding alone tells what accelerates it now: a moment later the spring does.
+        # A gap that closes without any acceleration yet will be pressed soon. If a spring has just
+        # no force, the present acceleration is rounding; a moment later it is the spring's.
         parts = np.abs(gaps.free) @ np.abs(now) + np.abs(gaps.bend)
         soonest = free[:count] if soon is None else np.minimum(free[:count], soon)
         answered = moved[:count] @ (acting - np.append(np.zeros(count), known))
@@ -560,7 +566,7 @@ class Impacts:
                 self._change(time, k, Change.OPENS)
 
     def _change(self, time: float, k: int, what: Change, rate: float | None = None) -> None:
-        """Contact k begins or ends, with the `rate` of its gap (m/s) if that is not the present."""
+        """Contact k begins or ends; `rate` (m/s) is that of its gap, if not the present one."""
         touch = self.finder.touch(k)
         rate = touch.gap_rate if rate is None else rate
         now = Moment(time, touch.place, rate, self.recorder.totals_of(k))
@@ -571,17 +577,17 @@ class Impacts:
     def _look(
         self, time: float, which: Sequence[int], later: float = 0.0
     ) -> tuple[Evaluation, Gaps]:
-        """Look at the state now, or a moment `later` (s), and at the gaps of some contacts then."""
+        """Evaluate the present state, or that `later` by a time (s), with gaps of some contacts."""
         z, v = self.model.coordinates.independent()
-        at = self.model.evaluate(time + later, z + later * v, v)
-        gaps = self.model.rigid.gaps(which, at.kept.state.pick(None))
-        return at, gaps.pick(0)
+        state = self.model.evaluate(time + later, z + later * v, v)
+        gaps = self.model.rigid.gaps(which, state.kept.state.pick(None))
+        return state, gaps.pick(0)
 
     def _free_soon(self, time: float, which: Sequence[int]) -> FloatArray:
-        """Accelerations (m/s^2) of gaps without force, as late as counts as the same instant."""
+        """Accelerations (m/s^2) of gaps without force, at the end of what counts as one instant."""
         moment = SAME_INSTANT * instant(time, EVENT_TIME)
-        at, gaps = self._look(time, which, moment)
-        return np.asarray(gaps.free @ at.accelerations + gaps.bend)
+        state, gaps = self._look(time, which, moment)
+        return np.asarray(gaps.free @ state.accelerations + gaps.bend)
 
 
 def _interval(time: float, place: float, jump: Jump, c: int) -> Interval:

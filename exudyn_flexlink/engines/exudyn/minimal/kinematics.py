@@ -9,9 +9,9 @@ direction, the origin of link i is the sum over the links up to it of
 and its velocity and acceleration are the sums of the derivatives of d.
 
 If a slot guides the slide that carries its point, s is a function of the guide's angle. With the
-pivot C, ``w = gamma(u) - C``, the guide's axes e, e^ and x the 2D cross product, the point
-is on the track where ``e x w = b``, and then ``s = e.w - a`` (a ahead of, b beside the slide's own
-zero). Differentiated by the angle, with ``sigma = e x gamma_u``:
+pivot C, ``w = gamma(u) - C``, the guide's axes e, e^ and x the 2D cross product, the point is on
+the track where ``e x w = b``, and then ``s = e.w - a``. Here (a, b) is the slide's zero in the axes
+e, e^ from the pivot. Derivatives by the guide's angle, with ``sigma = e x gamma_u``:
 
     u'  = e.w / sigma
     s'  = b + (e.gamma_u) u'
@@ -43,18 +43,19 @@ from exudyn_flexlink.mechanism.tree import ALONG_Y, HINGE, GuidedSlot, TreeLayou
 from exudyn_flexlink.result import Event
 
 Which = int | slice | IndexArray | BoolArray | None
-"""One of several instants, some of them, or (None) the only one as one of one."""
+"""One of several instants, or some of them; None puts an axis of length 1 before one state."""
 
-# m, or m/s: differences so far to both sides lose half the digits, which Newton's method can spare.
-BESIDE = 1e-8
+# Step of a central difference (m, or m/s): it loses half the digits; Newton's method can spare
+# them.
+DIFFERENCE = 1e-8
 
 
 @dataclass(frozen=True)
 class Transform:
-    """T of ``x'' = T z'' + b``, (links, independent); of several instants with one axis more.
+    """T of ``x'' = T z'' + b``, (links, independent); a first axis counts several instants.
 
-    Where the independent coordinates are some of the tree's, `chosen`, and no other follows them, T
-    is the same at all instants and only picks those: then nothing needs to be multiplied.
+    If the independent coordinates are some of the tree's (`chosen`), and no other coordinate
+    follows them, T only picks these at all instants. Then nothing is multiplied.
     """
 
     matrix: FloatArray
@@ -65,7 +66,7 @@ class Transform:
         return self if self.chosen is not None else Transform(self.matrix[which])
 
     def reduced_rows(self, rows: FloatArray) -> FloatArray:
-        """Rows (..., links), as of forces, times T: those of the independent coordinates."""
+        """Rows (..., links) times T, such as forces: those of the independent coordinates."""
         if self.chosen is not None:
             return np.asarray(rows[..., self.chosen])
         return np.asarray((rows[..., None, :] @ self.matrix)[..., 0, :])
@@ -77,7 +78,7 @@ class Transform:
         return np.asarray(np.swapaxes(self.matrix, -1, -2) @ matrices @ self.matrix)
 
     def expanded(self, free: FloatArray) -> FloatArray:
-        """T times independent values (..., independent): those of all coordinates."""
+        """T times values (..., independent): those of all coordinates."""
         if self.chosen is None:
             return np.asarray((self.matrix @ free[..., None])[..., 0])
         whole = np.zeros((*free.shape[:-1], len(self.matrix)))
@@ -86,14 +87,14 @@ class Transform:
 
 
 def picked(value: Any, which: Which) -> Any:
-    """Arrays, or tuples of them, at one of several instants, the first axis, or at some of them."""
+    """Arrays, or tuples of them, at one or some of several instants (the first axis)."""
     if isinstance(value, tuple):
         return type(value)._make([picked(part, which) for part in value])  # type: ignore[attr-defined]
     return None if value is None else value[which]
 
 
 def joined(parts: Sequence[Any]) -> Any:
-    """Arrays, or tuples of them, of several instants each, all in a row."""
+    """Arrays, or tuples of them, of several instants each, joined along the first axis."""
     first = parts[0]
     if isinstance(first, tuple):
         columns = zip(*parts, strict=True)
@@ -106,7 +107,7 @@ def joined(parts: Sequence[Any]) -> Any:
 
 @dataclass(frozen=True)
 class Motions:
-    """Parts at many instants, (instants, parts, 3) each: x, y (m), angle (rad) of the origins."""
+    """Frames of parts at many instants, (instants, parts, 3): x, y (m), angle (rad)."""
 
     poses: FloatArray
     rates: FloatArray
@@ -114,12 +115,12 @@ class Motions:
 
 
 class Places(NamedTuple):
-    """Where the links are, (..., links + 1) each; the last is the ground."""
+    """Poses of the links, (..., links + 1) each; the last is the ground."""
 
     angle: FloatArray
     axis: ComplexArray  # exp(i angle)
     origin: ComplexArray
-    slide: ComplexArray  # direction of a slide, 0 of a hinge (..., links)
+    slide: ComplexArray  # (..., links): direction of a slide, 0 for a hinge
 
 
 class Rates(NamedTuple):
@@ -127,13 +128,13 @@ class Rates(NamedTuple):
 
     angle: FloatArray
     origin: ComplexArray
-    spin: ComplexArray  # i times that of the angle
+    spin: ComplexArray  # i times the rate of the angle
 
 
 class Moving(NamedTuple):
-    """Coordinates and speeds (..., links), and where the links are then, and how they move.
+    """Coordinates and speeds (..., links), with the links' poses and their rates.
 
-    `t` (...) are the instants, s.
+    `t` (...) are the instants (s).
     """
 
     x: FloatArray
@@ -152,10 +153,10 @@ class LinkKinematics:
         above = np.zeros((count, count))
         for i in range(count):
             above[i, layout.path(i)] = 1.0
-        above = np.vstack([above, np.zeros(count)])  # the ground, the last, is moved by none
+        above = np.vstack([above, np.zeros(count)])  # no link moves the ground, the last row
         self._above = above.T.astype(complex)
         self.hinge = np.array([link.kind == HINGE for link in links], dtype=bool)
-        self.turning = (above * self.hinge).T  # (links, links + 1): hinges that turn a link
+        self.turning = (above * self.hinge).T  # (links, links + 1): 1 if a hinge turns a link
         self._turned = above @ np.array([link.turn for link in links])
         self._parent = np.array([link.parent for link in links], dtype=int)  # -1: the ground
         self._offset = np.array([complex(*link.offset) for link in links])
@@ -173,67 +174,69 @@ class LinkKinematics:
         moved = axis.take(self._parent, axis=-1) * self._offset + slide * x
         return Places(angle, axis, moved @ self._above, slide)
 
-    def rates(self, at: Places, x: FloatArray, v: FloatArray) -> Rates:
+    def rates(self, places: Places, x: FloatArray, v: FloatArray) -> Rates:
         """First derivatives at speeds (..., links)."""
         angle = v @ self.turning
         spin = 1j * angle
-        turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
-        slid = at.slide * (v + spin[..., :-1] * x)
+        turned = (spin * places.axis).take(self._parent, axis=-1) * self._offset
+        slid = places.slide * (v + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above, spin)
 
     def moving(self, x: FloatArray, v: FloatArray, t: FloatArray | float = 0.0) -> Moving:
-        """Look at coordinates and speeds (..., links) at instants (...) s."""
-        at = self.places(x)
-        return Moving(x, v, at, self.rates(at, x, v), t)
+        """State of coordinates and speeds (..., links) at instants (...), s."""
+        places = self.places(x)
+        return Moving(x, v, places, self.rates(places, x, v), t)
 
-    def bends(self, at: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray) -> Rates:
+    def bends(
+        self, places: Places, rates: Rates, x: FloatArray, v: FloatArray, a: FloatArray
+    ) -> Rates:
         """Second derivatives at accelerations (..., links)."""
         angle = a @ self.turning
         turning = 1j * angle
         spin = turning - rates.angle**2
-        turned = (spin * at.axis).take(self._parent, axis=-1) * self._offset
-        slid = at.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
+        turned = (spin * places.axis).take(self._parent, axis=-1) * self._offset
+        slid = places.slide * (a + 2j * v * rates.angle[..., :-1] + spin[..., :-1] * x)
         return Rates(angle, (turned + slid) @ self._above, turning)
 
-    def moves(self, at: Places, points: Points) -> ComplexArray:
+    def moves(self, places: Places, points: Points) -> ComplexArray:
         """Derivatives (..., points, links) of points by the coordinates."""
-        carried = self.carries(at, points.places(at))
+        carried = self.carries(places, points.places(places))
         return np.asarray(np.where(self.moved_by[points.links], carried, 0.0))
 
-    def carries(self, at: Places, points: ComplexArray) -> ComplexArray:
+    def carries(self, places: Places, points: ComplexArray) -> ComplexArray:
         """Derivatives (..., points, links) of points as if every link carried them."""
-        by_hinges = self._spin * (points[..., None] - at.origin[..., None, :-1])
-        return np.asarray(by_hinges + at.slide[..., None, :])
+        by_hinges = self._spin * (points[..., None] - places.origin[..., None, :-1])
+        return np.asarray(by_hinges + places.slide[..., None, :])
 
 
 class Points:
-    """Points carried by links: their places and derivatives."""
+    """Points that links carry: their places and derivatives."""
 
     def __init__(self, layout: TreeLayout, anchors: Sequence[Anchor]) -> None:
         places = [layout.place(anchor) for anchor in anchors]
         self.links = np.array([link for link, _, _ in places], dtype=int)  # -1: the ground
         self._arms = np.array([complex(x, y) for _, x, y in places])
 
-    def places(self, at: Places) -> ComplexArray:
+    def places(self, links: Places) -> ComplexArray:
         """Return the points (..., points)."""
-        arms = at.axis.take(self.links, axis=-1) * self._arms
-        return np.asarray(at.origin.take(self.links, axis=-1) + arms)
+        arms = links.axis.take(self.links, axis=-1) * self._arms
+        return np.asarray(links.origin.take(self.links, axis=-1) + arms)
 
-    def rates(self, at: Places, rates: Rates) -> ComplexArray:
+    def rates(self, links: Places, rates: Rates) -> ComplexArray:
         """First derivatives (..., points)."""
-        turned = (rates.spin * at.axis).take(self.links, axis=-1) * self._arms
+        turned = (rates.spin * links.axis).take(self.links, axis=-1) * self._arms
         return np.asarray(rates.origin.take(self.links, axis=-1) + turned)
 
-    def bends(self, at: Places, rates: Rates, bends: Rates) -> ComplexArray:
+    def bends(self, links: Places, rates: Rates, bends: Rates) -> ComplexArray:
         """Second derivatives (..., points)."""
-        turned = ((bends.spin - rates.angle**2) * at.axis).take(self.links, axis=-1)
+        turned = ((bends.spin - rates.angle**2) * links.axis).take(self.links, axis=-1)
         return np.asarray(bends.origin.take(self.links, axis=-1) + turned * self._arms)
 
 
 def poses(moving: Moving) -> Poses:
-    """Return the links as contacts ask for them."""
-    _, _, at, rates, t = moving
-    return Poses(at.origin, at.axis, at.angle, rates.origin, rates.angle, rates.spin, t)
+    """Return the poses of the links in the form that contacts use."""
+    _, _, places, rates, t = moving
+    return Poses(places.origin, places.axis, places.angle, rates.origin, rates.angle, rates.spin, t)
 
 
 def motions(
@@ -242,14 +245,14 @@ def motions(
     """Poses of all parts at coordinates, speeds and accelerations (instants, links)."""
     frames = [layout.frames[part] for part in range(len(layout.frames))]
     origins = Points(layout, [Anchor(part, 0.0, 0.0) for part in range(len(frames))])
-    at = kinematics.places(x)
-    rates = kinematics.rates(at, x, v)
-    bends = kinematics.bends(at, rates, x, v, a)
+    places = kinematics.places(x)
+    rates = kinematics.rates(places, x, v)
+    bends = kinematics.bends(places, rates, x, v, a)
     angles = np.array([frame.angle for frame in frames])
     return Motions(
-        _poses(origins.places(at), at.angle[..., origins.links] + angles),
-        _poses(origins.rates(at, rates), rates.angle[..., origins.links]),
-        _poses(origins.bends(at, rates, bends), bends.angle[..., origins.links]),
+        _poses(origins.places(places), places.angle[..., origins.links] + angles),
+        _poses(origins.rates(places, rates), rates.angle[..., origins.links]),
+        _poses(origins.bends(places, rates, bends), bends.angle[..., origins.links]),
     )
 
 
@@ -263,19 +266,19 @@ def falls(
     v: FloatArray,
     lengths: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """How forces fall (links, links) with coordinates, and with speeds (links,): by differences.
+    """Stiffness and damping (links, links) of forces, by central differences.
 
-    `push` are the forces (n, links) at n states, `lengths` (links,) how far (m) a unit of each
-    coordinate moves a point. All are 0 where one beside has no value.
+    `push` returns the forces (n, links) of n states. A unit of each coordinate moves a point by
+    `lengths` (links,), m. All slopes are 0 if one of the states has no forces.
     """
-    count, moved = len(x), np.diag(BESIDE / lengths)
+    count, moved = len(x), np.diag(DIFFERENCE / lengths)
     ways, still = np.concatenate([moved, -moved]), np.zeros((2 * count, count))
     try:
         pushes = push(x + np.concatenate([ways, still]), v + np.concatenate([still, ways]))
     except ArithmeticError:
         return np.zeros((count, count)), np.zeros((count, count))
     ahead, behind, faster, slower = pushes.reshape(4, count, count)
-    half = 0.5 * lengths / BESIDE
+    half = 0.5 * lengths / DIFFERENCE
     return (behind - ahead).T * half, (slower - faster).T * half
 
 
@@ -287,7 +290,7 @@ def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArra
     pose, rate = np.zeros((count + 1, 2), dtype=complex), np.zeros((count + 1, 2), dtype=complex)
     for i, link in enumerate(layout.links):
         above = link.parent
-        if link.held:  # as it is carried
+        if link.held:  # the link above carries it
             arm = np.exp(1j * pose[above, 1].real) * complex(*link.offset)
             pose[i] = pose[above] + (arm, link.turn)
             rate[i] = rate[above] + (1j * rate[above, 1].real * arm, 0.0)
@@ -295,9 +298,9 @@ def start_coordinates(layout: TreeLayout, assembly: Assembly) -> tuple[FloatArra
             continue
         pose[i], rate[i] = _link_state(layout, link.parts[0], q, v)
         if above != GROUND and not (layout.links[above].parts or layout.links[above].held):
-            # A free group: its two slides are its place, from which its own frame is turned only.
-            for column, at in ((x, pose[i]), (speed, rate[i])):
-                column[i - 2 : i + 1] = at[0].real, at[0].imag, at[1].real
+            # A free group: two slides give the place of its origin, and a hinge turns it there.
+            for column, motion in ((x, pose[i]), (speed, rate[i])):
+                column[i - 2 : i + 1] = motion[0].real, motion[0].imag, motion[1].real
             continue
         angle, turning = pose[above, 1].real + link.turn, rate[above, 1].real
         if link.kind == HINGE:
@@ -325,7 +328,7 @@ def _link_state(
 class TrackPoint(TrackFollower):
     """A slot's point with the geometry of its pieces.
 
-    `changes` counts how often it went on to another piece, or to the same one's other end.
+    `changes` counts how often the point went on to another piece, or past the end of a closed one.
     """
 
     def __init__(self, slot: Slot, place: float, lap: int, events: list[Event]) -> None:
@@ -341,12 +344,12 @@ class TrackPoint(TrackFollower):
 
     @property
     def together(self) -> Callable[[FloatArray], CurvePlaces]:
-        """As `at`, at many parameters at once."""
+        """As `at`, for many parameters together."""
         return self.curve.pieces[self.piece].places
 
     @property
     def knots(self) -> Knots:
-        """Where on the present piece the third derivative jumps."""
+        """Parameters of the present piece at which the third derivative jumps."""
         return self._knots[self.piece]
 
     def next_piece(self, way: int, time: float) -> bool:
@@ -359,25 +362,25 @@ class TrackPoint(TrackFollower):
 Axis = tuple[float, float]  # cosine and sine of the guide's angle
 
 AT_DEAD_CENTRE = "the guide's axis touches the track"
-GRAZING = 1e-3  # sine of guide and track: where no step is short enough, this is why
+GRAZING = 1e-3  # sine of the angle between axis and track: below it they count as touching
 
 
 class SlotGuide(TrackPoint):
-    """A slot's point as the guide's angle decides it; `u` is where it was last."""
+    """A slot's point whose place follows from the guide's angle; `u` is its last place."""
 
     def __init__(
         self, guided: GuidedSlot, place: float, lap: int, angle: float, events: list[Event]
     ) -> None:
         super().__init__(guided.slot, place, lap, events)
         self.guided = guided
-        self._home = self.u  # after the last whole step: every search starts there
-        self._turned, self._axis = angle, (cos(angle), sin(angle))  # of the guide, there
+        self._home = self.u  # after the last accepted step: every search starts from it
+        self._turned, self._axis = angle, (cos(angle), sin(angle))  # of the guide at `_home`
         self._from = guided.pivot, guided.ahead, guided.aside
 
     def slide(self, angle: float) -> tuple[float, float, float]:
         """Coordinate of the slide (m) and its first two derivatives by the guide's angle.
 
-        The place is searched from where the last step ended.
+        The search of the place starts from that at the end of the last step.
 
         Raises:
             DeadCentreError: the axis misses the track or touches it.
@@ -398,25 +401,25 @@ class SlotGuide(TrackPoint):
         return reach - ahead, rate, bend
 
     def _newton(self, axis: Axis, u: float, before: Axis) -> float | None:
-        """Where the axis crosses the piece, from u, where it did with the direction `before`.
+        """Place where the axis crosses the piece; with the direction `before` it did so at u.
 
-        None where it is not sure that the point comes there from u without a jump: the slope of
-        the axis against the track has to keep its sign, and Kantorovich's condition to hold,
-        2 |f'' step| <= |f'|, with f'' at both ends of a step, and f' at its start.
+        None if the point might jump on its way from u. It does not jump if the slope of the axis
+        against the track keeps its sign and Kantorovich's condition holds: 2 |f'' step| <= |f'|,
+        with f'' at both ends of a step and f' at its start.
         """
-        ((cx, cy), _, aside), at = self._from, self.at
+        ((cx, cy), _, aside), evaluator = self._from, self.at
         c, s = axis
-        x, y, dx, dy, ddx, ddy = at(u)
+        x, y, dx, dy, ddx, ddy = evaluator(u)
         slope, was, last = c * dy - s * dx, before[0] * dy - before[1] * dx, inf
         if slope * was <= 0:
             return None
         least = min(abs(slope), abs(was))
         for _ in range(NEWTON_STEPS):
             step = (c * (y - cy) - s * (x - cx) - aside) / slope
-            if abs(step) <= QUADRATIC * (1 + abs(u)):  # quadratic: exact to rounding after this one
+            if abs(step) <= QUADRATIC * (1 + abs(u)):  # convergence is quadratic
                 return u - step
             bend, gone, u = abs(c * ddy - s * ddx), 2 * abs(step), u - step
-            x, y, dx, dy, ddx, ddy = at(u)
+            x, y, dx, dy, ddx, ddy = evaluator(u)
             slope, last_bend = c * dy - s * dx, abs(c * ddy - s * ddx)
             if bend * gone > least or last_bend * gone > least or gone > last or slope * was <= 0:
                 return None
@@ -424,7 +427,7 @@ class SlotGuide(TrackPoint):
         return None
 
     def _walk(self, angle: float) -> float:
-        """As `_newton`, in parts of the way from where the point was, as long as is sure.
+        """As `_newton`, but turn the guide from its last angle in parts, each short enough.
 
         Raises:
             DeadCentreError: the axis misses the track or touches it.
@@ -434,8 +437,8 @@ class SlotGuide(TrackPoint):
         way = angle - self._turned
         while part > LEAST_PART:
             ahead = min(1.0, done + part)
-            at, before = self._turned + ahead * way, self._turned + done * way
-            foot = self._newton((cos(at), sin(at)), u, (cos(before), sin(before)))
+            target, before = self._turned + ahead * way, self._turned + done * way
+            foot = self._newton((cos(target), sin(target)), u, (cos(before), sin(before)))
             if foot is None:
                 part /= 2
             elif ahead == 1.0:
@@ -447,16 +450,16 @@ class SlotGuide(TrackPoint):
         raise DeadCentreError("the guide's axis misses the track")
 
     def sine(self, angle: float, u: float) -> float:
-        """Of the angle between the guide's axis and the track at a place."""
+        """Sine of the angle between the guide's axis and the track at a place."""
         _, _, dx, dy, _, _ = self.at(u)
         return (cos(angle) * dy - sin(angle) * dx) / hypot(dx, dy)
 
     def grazes(self, angle: float, u: float) -> bool:
-        """Tell whether the guide's axis all but touches the track at a place."""
+        """Tell whether the guide's axis nearly touches the track at a place."""
         return abs(self.sine(angle, u)) < GRAZING
 
     def settle(self, u: float, angle: float) -> None:
-        """Search from this place on, where the last step ended, and this angle of the guide."""
+        """Start later searches from this place and this angle of the guide: a step ended there."""
         self.u = self._home = u
         self._turned, self._axis = angle, (cos(angle), sin(angle))
 

@@ -3,10 +3,10 @@
 With P the point of a force F, both complex, and m_k = dP/dx_k, the force on coordinate k is
 ``Re(conj(F) m_k)``.
 
-Springs and dampers act at joints, across several of them, and between points. Of a spring between
-two points let d be from its first to its second end (complex, global axes), d'
-its rate, J its derivatives by the coordinates. With stiffness k, damping c and length L it pulls
-its second end by
+Springs and dampers act at joints, across several of them, and between points. Let d be the vector
+from the first to the second end of a spring between points (complex, global axes), d' its rate, and
+J its derivatives by the coordinates. With stiffness k, damping c and length L the spring pulls its
+second end by
 
     F = -T n,  T = k (|d| - L) + c (n . d'),  n = d / |d|;      L = 0:  F = -k d - c d',
 
@@ -45,10 +45,10 @@ from exudyn_flexlink.rounding import TINY
 
 
 class Stretched(NamedTuple):
-    """Pairs of points at some instants, (..., pairs) each: `between` them is a vector, m.
+    """Pairs of points at some instants, (..., pairs) each; the vector `between` is in m.
 
-    `size` (m) is how far they are apart in the direction `along`, and `moved` (..., pairs, links)
-    are the derivatives J of `between`.
+    `size` (m) is the distance in the direction `along`; `moved` (..., pairs, links) are the
+    derivatives J of `between`.
     """
 
     between: ComplexArray
@@ -58,7 +58,7 @@ class Stretched(NamedTuple):
 
 
 class Stretches:
-    """Pairs of points, and how far they are apart; along a slide that has a sign."""
+    """Pairs of points, and their distances; along a slide a distance has a sign."""
 
     def __init__(
         self,
@@ -72,28 +72,30 @@ class Stretches:
         self._line = np.array([_line_of(layout, slide) for _, _, slide in pairs], dtype=complex)
         self.slides = self._line != 0
 
-    def look(self, at: Places) -> Stretched:
-        """Look at links (..., links + 1)."""
-        between = self.second.places(at) - self.first.places(at)
-        moved = self._kinematics.moves(at, self.second) - self._kinematics.moves(at, self.first)
+    def look(self, places: Places) -> Stretched:
+        """Distances and their derivatives at poses of links (..., links + 1)."""
+        between = self.second.places(places) - self.first.places(places)
+        moved = self._kinematics.moves(places, self.second) - self._kinematics.moves(
+            places, self.first
+        )
         size = np.abs(between)
         along = between / np.maximum(size, TINY)
         if self.slides.any():
-            line = at.axis.take(self.first.links, axis=-1) * self._line
+            line = places.axis.take(self.first.links, axis=-1) * self._line
             along = np.where(self.slides, line, along)
             size = np.where(self.slides, (line.conj() * between).real, size)
         return Stretched(between, along, size, moved)
 
 
 def _line_of(layout: TreeLayout, slide: Slide | None) -> complex:
-    """Direction of a slide in the axes of the link that carries its line; 0 without."""
+    """Direction of a slide in the axes of the link that carries its line; 0 without a slide."""
     if slide is None:
         return 0j
     return rect(1.0, slide.direction + layout.frame(slide.first.part).angle)
 
 
 class LinearSprings:
-    """Springs between points that are carried by links, or of the ground."""
+    """Springs between points of links or of the ground."""
 
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, springs: Sequence[LinearSpring]
@@ -108,10 +110,10 @@ class LinearSprings:
 
     def pull_and_lost(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Generalised forces (..., links) at coordinates and speeds (..., links); power lost, W."""
-        at, ends = self._kinematics.places(x), self._stretches
-        rates = self._kinematics.rates(at, x, v)
-        between, along, size, moved = ends.look(at)
-        moving = ends.second.rates(at, rates) - ends.first.rates(at, rates)
+        places, ends = self._kinematics.places(x), self._stretches
+        rates = self._kinematics.rates(places, x, v)
+        between, along, size, moved = ends.look(places)
+        moving = ends.second.rates(places, rates) - ends.first.rates(places, rates)
         rate = (along.conj() * moving).real
         pulled = (self._stiffness * (size - self._length) + self._damping * rate) * along
         drawn = self._stiffness * between + self._damping * moving
@@ -122,18 +124,19 @@ class LinearSprings:
 
 
 class Springs:
-    """Springs of a mechanism, each where it costs least.
+    """Springs of a mechanism, each computed in the cheapest way.
 
-    Exudyn's tree has one on every coordinate, of `stiffness` and `damping` (links,), without force
-    at `rest` (links,). `straight` tells that all forces are linear in the coordinates, `pulls` that
-    the tree does not have all of them.
+    Exudyn's tree has a spring on every coordinate, of `stiffness` and `damping` (links,), without
+    force at `rest` (links,). `straight` tells that all forces are linear in the coordinates,
+    `pulls` that the tree lacks some of the springs.
     """
 
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
         self.stiffness, self.damping, self.rest = np.zeros((3, len(layout.links)))
-        # Of springs that act across several coordinates: matrices, and forces where all are 0.
+        # Springs across several coordinates: their matrices, and their forces if all coordinates
+        # are 0.
         self._stiffness, self._damping = np.zeros((2, len(layout.links), len(layout.links)))
         self._preload = np.zeros(len(layout.links))
         self.pulls = False
@@ -170,7 +173,7 @@ class Springs:
         self.pulls = True
 
     def pull(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Generalised forces (instants, links) beside those of the tree's own springs."""
+        """Generalised forces (instants, links) of the springs that Exudyn's tree lacks."""
         across = self._preload - x @ self._stiffness - v @ self._damping
         return across if self.straight else across + self._between.pull_and_lost(x, v)[0]
 
@@ -190,7 +193,7 @@ class Springs:
 
 
 class Now(NamedTuple):
-    """Instants (n,) s: coordinates and speeds (n, links), where the links are."""
+    """Instants (n,), s, with coordinates and speeds (n, links) and the links' poses."""
 
     t: FloatArray
     x: FloatArray
@@ -199,7 +202,7 @@ class Now(NamedTuple):
 
 
 class Given(NamedTuple):
-    """A formula, what it senses (n,), and what a unit of it is on the coordinates (n, links)."""
+    """A formula, values of its senses (n,), and generalised forces (n, links) of a unit load."""
 
     formula: Formula
     sensed: list[FloatArray]
@@ -207,7 +210,7 @@ class Given(NamedTuple):
 
 
 class _Linear:
-    """A sum of coordinates, or its speed: an angle between two parts, or a slide of the tree."""
+    """A sum of coordinates, or its rate: an angle between two parts, or a slide of the tree."""
 
     def __init__(self, row: FloatArray, rest: float, is_speed: bool) -> None:
         self._row, self._rest, self._is_speed = row, rest, is_speed
@@ -221,7 +224,7 @@ class _Linear:
 
 
 class _Length:
-    """How far apart two points are, or how far a slide that closes a loop is out, or its speed."""
+    """The distance of two points, the stroke of a slide that closes a loop, or their rates."""
 
     def __init__(
         self, layout: TreeLayout, kinematics: LinkKinematics, sense: Sliding | Apart
@@ -236,7 +239,7 @@ class _Length:
         return self._ends.look(now.places).size[:, 0]
 
     def rows(self, now: Now) -> FloatArray:
-        """Derivatives (n, links) by the coordinates; where both points meet there are none."""
+        """Derivatives (n, links) by the coordinates; 0 while both points meet."""
         look = self._ends.look(now.places)
         return np.asarray((look.along.conj() * look.moved[:, 0]).real)
 
@@ -257,7 +260,7 @@ Sensor = _Linear | _Length | _Place
 
 
 def sensor_of(layout: TreeLayout, kinematics: LinkKinematics, sense: Sense) -> Sensor:
-    """What tells the value of a sense by the coordinates of a tree."""
+    """The sensor that computes a sense from the coordinates of a tree."""
     if isinstance(sense, Apart):
         return _Length(layout, kinematics, sense)
     if isinstance(sense, Placed):
@@ -272,9 +275,9 @@ def sensor_of(layout: TreeLayout, kinematics: LinkKinematics, sense: Sense) -> S
 
 
 class LoadSize:
-    """A torque, or a component of a force, by time and what it senses.
+    """A torque, or a component of a force, as a function of time and its senses.
 
-    Its formula is held on these `sides` of its kinks, once they are told.
+    If `sides` are set, its formula stays on these sides of its kinks.
     """
 
     def __init__(self, layout: TreeLayout, kinematics: LinkKinematics, size: Size) -> None:
@@ -283,22 +286,22 @@ class LoadSize:
         self.sides: list[float] = []
 
     def value(self, now: Now) -> FloatArray:
-        """Sizes (n,), N m or N; ArithmeticError where there is none."""
+        """Sizes (n,), N m or N; ArithmeticError if one has no value."""
         return self._applied.values(now.t, self.sensed(now))
 
     @property
     def formula(self) -> Formula | None:
-        """The formula that gives it; None if it is a number or a table."""
+        """Its formula; None if it is a number or a table."""
         return self._applied if isinstance(self._applied, Formula) else None
 
     def sensed(self, now: Now) -> list[FloatArray]:
-        """What it senses (n,), in order, and the sides (n,) of its kinks."""
+        """Values of its senses (n,), in order, then the sides (n,) of its kinks."""
         values = [sense.value(now) for sense in self.senses]
         return values + [np.full(now.t.shape, side) for side in self.sides]
 
     @property
     def kinks(self) -> int:
-        """Number of its kinks: of a table by what is sensed they are its inner rows."""
+        """Number of its kinks; those of a table by a sense are its inner rows."""
         if isinstance(self._applied, PlaceTable):
             return self._applied.kinks
         return self.formula.expression.kinks if self.formula else 0
@@ -312,14 +315,14 @@ class LoadSize:
 
 
 class _Along:
-    """A torque or force along what is sensed, or against it (`way` -1), as springs act."""
+    """A torque or force that makes a sense grow, or (`way` -1, as springs) shrink."""
 
     def __init__(self, size: LoadSize, sensor: Sensor, way: float = 1.0) -> None:
         assert not isinstance(sensor, _Place)  # a spring has a length or an angle
         self.sizes, self._sensor, self._way = [size], sensor, way
 
     def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
-        """Size, and what a unit of it is on the coordinates (n, links)."""
+        """The size, and the generalised forces (n, links) of a unit of it."""
         return [(self.sizes[0], self._way * self._sensor.rows(now))]
 
 
@@ -334,7 +337,7 @@ class _Force:
         self.sizes = [LoadSize(layout, kinematics, size) for size in force.sizes]
 
     def units(self, now: Now) -> list[tuple[LoadSize, FloatArray]]:
-        """Sizes, and what a unit of each is on the coordinates (n, links)."""
+        """The sizes, and the generalised forces (n, links) of a unit of each."""
         direction = now.places.axis[:, self._axes] * self._turn  # of the x-axis
         moved = self._kinematics.moves(now.places, self._points)[:, 0]
         along = direction.conj()[:, None] * moved
@@ -348,7 +351,8 @@ class Loads:
         self, layout: TreeLayout, kinematics: LinkKinematics, mechanism: Mechanism
     ) -> None:
         self._kinematics = kinematics
-        # Springs store what they take, but those by a formula of the rate: they are as drives.
+        # Springs store the work they take. A spring by a formula of a rate does not: it counts as a
+        # drive.
         self._supplying, self._storing = list[_Along | _Force](), list[_Along | _Force]()
         for motor in mechanism.torque_motors:
             angle = Turning(motor.first, motor.second, is_speed=False)
@@ -375,7 +379,7 @@ class Loads:
         """Generalised forces (n, links) at instants (n,), coordinates and speeds (n, links).
 
         Raises:
-            ArithmeticError: one has no value there.
+            ArithmeticError: a load has no value at an instant.
 
         """
         return self.push_and_supply(t, x, v)[0]
@@ -383,7 +387,7 @@ class Loads:
     def push_and_supply(
         self, t: FloatArray, x: FloatArray, v: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """As `push`, and the power (n,), W, of all but springs that store what they take."""
+        """As `push`, with the power (n,), W, of all loads except springs that store their work."""
         now = self.now(t, x, v)
         supplying, storing = np.zeros((2, *x.shape))
         for onto, loads in ((supplying, self._supplying), (storing, self._storing)):
@@ -392,7 +396,7 @@ class Loads:
         return supplying + storing, (supplying * v).sum(axis=1)
 
     def formulas(self, now: Now) -> list[Given]:
-        """Every torque and component of a force that a formula gives."""
+        """Every torque and component of a force with a formula."""
         return [
             Given(size.formula, size.sensed(now), unit)
             for load in self._all
@@ -401,5 +405,5 @@ class Loads:
         ]
 
     def now(self, t: FloatArray, x: FloatArray, v: FloatArray) -> Now:
-        """Where links are at instants (n,) s, from coordinates and speeds (n, links)."""
+        """Poses of links at instants (n,), s, from coordinates and speeds (n, links)."""
         return Now(t, x, v, self._kinematics.places(x))

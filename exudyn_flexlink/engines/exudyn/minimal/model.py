@@ -3,7 +3,7 @@
 Exudyn evaluates the tree's mass matrix, its inertial forces, springs, dampers and weight. Here the
 coordinates that motors, slots and loops tie to others are eliminated. With ``x'' = T z'' + b`` the
 independent coordinates z obey ``T^T M T z'' = T^T (f - M b)``. The residual ``M x'' - f`` of the
-full equations is the constraint forces of motors, slots and loops.
+full equations are the constraint forces of motors, slots and loops.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
 
 TROUBLES = NoValueError, LockedError, JammedError
-"""Equations that have no answer; each has an `advice`."""
+"""Errors of equations without a solution; each has an `advice`."""
 
 States = Callable[[FloatArray, FloatArray, FloatArray], TreeState]
-"""All coordinates by instants, independent coordinates and their speeds."""
+"""Returns all coordinates for instants, independent coordinates and their speeds."""
 
 
 class TreeForces(NamedTuple):
-    """Mass matrix and forces of the tree at one instant, or at several: then with one axis more."""
+    """Mass matrix and forces of the tree at one instant; for several, with one more, first axis."""
 
     t: FloatArray
     state: TreeState
@@ -71,7 +71,7 @@ class TreeForces(NamedTuple):
 
 
 class MinimalModel:
-    """An Exudyn system with one tree; it solves nothing, only evaluates."""
+    """An Exudyn system with one tree. It evaluates equations, and solves none."""
 
     def __init__(
         self, assembly: Assembly, layout: TreeLayout, events: list[Event], *, seed: bool = False
@@ -80,10 +80,10 @@ class MinimalModel:
         mechanism = assembly.mechanism
         self.start = start_coordinates(layout, assembly)
         self.kinematics = LinkKinematics(layout)
-        # Parts may turn about any point that is referred to: an angle can move every one of them.
+        # A part may turn about any of its points, so that an angle can move every point.
         outlines = [((0.0, 0.0), *part.points) for part in mechanism.parts]
         self._points = Points(
-            layout, [Anchor(i, *at) for i, points in enumerate(outlines) for at in points]
+            layout, [Anchor(i, *anchor) for i, points in enumerate(outlines) for anchor in points]
         )
         # How far (m) a unit of each coordinate moves a point.
         lengths = np.abs(self._moves_of_points(self.start[0])).max(0, initial=0.0)
@@ -94,7 +94,9 @@ class MinimalModel:
         self.all_springs = Springs(layout, self.kinematics, mechanism)
         self.loads = Loads(layout, self.kinematics, mechanism)
         self.window = Window()
-        self.trouble: tuple[float, Any] | None = None  # of the last evaluation that failed, and s
+        self.trouble: tuple[float, Any] | None = (
+            None  # instant (s) and error of the last evaluation that failed
+        )
         self.contacts = TreeContacts(layout, self.kinematics, mechanism, events)
         self.touches = Touches(self.contacts.all, self.contacts.count)
         self.rigid = RigidContacts(self.contacts, self.touches)
@@ -146,7 +148,7 @@ class MinimalModel:
     # --- coordinates --------------------------------------------------------------------------
 
     def state(self, t: float, z: FloatArray, v: FloatArray) -> TreeState:
-        """All coordinates and speeds, and the accelerations b without those of independent ones."""
+        """All coordinates and speeds, and accelerations b if independent ones do not accelerate."""
         return self.states(np.array([t]), z[None], v[None]).pick(0)
 
     def states(self, t: FloatArray, z: FloatArray, v: FloatArray) -> TreeState:
@@ -204,17 +206,17 @@ class MinimalModel:
             touching[..., 1] = push.look.gap_rate[:, : acting.scene_count]
         rubbed = np.zeros((len(t), len(self.frictions.all), 4))
         kept = TreeForces(t, state, mass, force, pushes, rubbed, push, supply)
-        left = force - (mass @ state.b[:, :, None])[:, :, 0]
-        mass, force = state.transform.reduced(mass), state.transform.reduced_rows(left)
+        rest = force - (mass @ state.b[:, :, None])[:, :, 0]
+        mass, force = state.transform.reduced(mass), state.transform.reduced_rows(rest)
         return Evaluation(mass, force, kept, touching)
 
     def _ask(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mass matrices (n, links, links) and forces (n, links), as Exudyn has them."""
+        """Mass matrices (n, links, links) and forces (n, links) from Exudyn."""
         mass, force = np.empty((*x.shape, x.shape[1])), np.empty(x.shape)
         if not x.size:
             return mass, force
         data, solver, mbs = self._data, self._solver, self._mbs
-        # Exudyn takes lists sooner than arrays.
+        # Exudyn takes lists faster than arrays.
         for i, (places, speeds) in enumerate(zip(x.tolist(), v.tolist(), strict=True)):
             data.SetODE2Coordinates(places)
             data.SetODE2Coordinates_t(speeds)
@@ -223,34 +225,37 @@ class MinimalModel:
             mass[i], force[i] = solver.GetSystemMassMatrix(), solver.GetSystemResidual()
         return mass, force
 
-    def jacobians(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def jacobians(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs, dampers, loads, walls, friction, round contacts.
 
-        Rigid contacts, and joints that rest, hold part of them. Other slopes, as of directions that
-        turn with the mechanism, are left to the iteration.
+        Rigid contacts, and joints that rest, take a part of these forces. Other slopes, such as
+        those of directions that turn with the mechanism, are left out; the iteration converges
+        anyway.
         """
-        giving, projector = self._giving(at), self._projector(at)
+        giving, projector = self._giving(evaluation), self._projector(evaluation)
         return giving if projector is None else projector.slopes(*giving)
 
-    def _projector(self, at: Evaluation) -> Projector | None:
+    def _projector(self, evaluation: Evaluation) -> Projector | None:
         """Projector past closed gaps and joints that rest, at one state; None without them."""
-        joints = self.frictions.held_rows(at)
+        joints = self.frictions.held_rows(evaluation)
         if not self.rigid.closed():
-            return Projector.past(at.mass, joints, joints) if len(joints) else None
-        gaps, pushed = self.rigid.held(at)
+            return Projector.past(evaluation.mass, joints, joints) if len(joints) else None
+        gaps, pushed = self.rigid.held(evaluation)
         if not len(joints):
-            return Projector.past(at.mass, gaps, pushed)
-        return Projector.past(at.mass, np.vstack([gaps, joints]), np.vstack([pushed, joints]))
+            return Projector.past(evaluation.mass, gaps, pushed)
+        return Projector.past(
+            evaluation.mass, np.vstack([gaps, joints]), np.vstack([pushed, joints])
+        )
 
-    def _giving(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def _giving(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix without rigid contacts."""
-        stiffness, damping = self.springs(at)
-        whole: TreeForces = at.kept
+        stiffness, damping = self.springs(evaluation)
+        whole: TreeForces = evaluation.kept
         transform = whole.state.transform
         for across in self._slopes(whole):
             stiffness = stiffness + transform.reduced(across[0])
             damping = damping + transform.reduced(across[1])
-        return stiffness, damping + self.rigid.slopes(at)
+        return stiffness, damping + self.rigid.slopes(evaluation)
 
     def _slopes(self, whole: TreeForces) -> list[tuple[FloatArray, FloatArray]]:
         """Stiffness and damping (links, links) of loads, friction and round contacts that act."""
@@ -264,34 +269,34 @@ class MinimalModel:
             matrices.append(falls(push, x, v, self._lengths))
         return [slopes for slopes in matrices if slopes is not None]
 
-    def springs(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
+    def springs(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping matrix of springs and dampers alone."""
-        state: TreeState = at.kept.state
+        state: TreeState = evaluation.kept.state
         stiffness, damping = self.all_springs.slopes(state.x, state.v, self._lengths)
         return state.transform.reduced(stiffness), state.transform.reduced(damping)
 
-    def contacts_at(self, at: Evaluation) -> tuple[FloatArray, Press] | None:
+    def contacts_at(self, evaluation: Evaluation) -> tuple[FloatArray, Press] | None:
         """Gradients (c, independent) of the gaps of the contacts that act, and their forces."""
-        acting, push = self.contacts.acting(self.touches.pressing), at.kept.push
+        acting, push = self.contacts.acting(self.touches.pressing), evaluation.kept.push
         if acting is None or not acting.scene_count:
             return None
-        state: TreeState = at.kept.state
+        state: TreeState = evaluation.kept.state
         rows = state.transform.reduced_rows(push.rows.across[: acting.scene_count])
-        # Closed gaps let a force through to the same motions by which they let a gap open.
-        projector = self._projector(at)
+        # Rigid contacts that are closed allow the same motions to a gap and to the gap's force.
+        projector = self._projector(evaluation)
         rows = rows if projector is None else rows @ projector.free.T
         which = acting.which[: acting.scene_count]
         return rows, press_by(acting.laws[: acting.scene_count], self.touches.approach[which])
 
     def size(self, change: FloatArray) -> float:
-        """How far (m) changes (..., independent) move any point, at most."""
+        """Largest distance (m) by which changes (..., independent) move any point."""
         moved = (change @ self._moves).view(complex)
         return float(np.abs(moved).max(initial=0.0))
 
     def look(self, x: FloatArray, transform: Transform) -> None:
-        """Measure changes of coordinates by what they move where the tree is now."""
+        """Let `size` measure changes of coordinates by the points that they move at present."""
         moves: Any = self._moves_of_points(x)
-        # Real and imaginary parts side by side: real numbers are multiplied sooner.
+        # Real and imaginary parts side by side: real numbers are multiplied faster.
         self._moves = np.ascontiguousarray(transform.reduced_rows(moves).T).view(float)
 
     def _moves_of_points(self, x: FloatArray) -> ComplexArray:
@@ -304,16 +309,16 @@ class MinimalModel:
         """Knots and jumps of the slots' present pieces."""
         return [point.knots for point in self.coordinates.points]
 
-    def places(self, at: Evaluation) -> Sequence[float]:
+    def places(self, evaluation: Evaluation) -> Sequence[float]:
         """Places of the slots' points on their present pieces."""
-        places: list[float] = at.kept.state.places.tolist()
+        places: list[float] = evaluation.kept.state.places.tolist()
         return places
 
-    def moved_by_point(self, k: int, at: Evaluation) -> float:
-        """How much (m/s^2) parts accelerate if a curve pushes slot k's point by 1 m/s^2."""
-        if not len(at.force):
+    def moved_by_point(self, k: int, evaluation: Evaluation) -> float:
+        """Largest acceleration (m/s^2) of a point if a curve moves slot k's point by 1 m/s^2."""
+        if not len(evaluation.force):
             return 0.0
-        state: TreeState = at.kept.state
-        pushed = at.kept.mass @ self.coordinates.pushed(k, state)
+        state: TreeState = evaluation.kept.state
+        pushed = evaluation.kept.mass @ self.coordinates.pushed(k, state)
         along = state.transform.reduced_rows(pushed.T)
-        return self.size(np.linalg.solve(at.mass, along.T).T)
+        return self.size(np.linalg.solve(evaluation.mass, along.T).T)

@@ -21,7 +21,7 @@ from exudyn_flexlink.engines.diagnostics import (
 from exudyn_flexlink.engines.exudyn.minimal.contacts import LapFollower, TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder, Followed, Goal
-from exudyn_flexlink.engines.exudyn.minimal.formulas import Overlooked
+from exudyn_flexlink.engines.exudyn.minimal.formulas import PulseWatch
 from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import WEAK_PUSH, Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
@@ -38,8 +38,8 @@ from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.integrate.stepper import FREELY, PART, OnSingularity, slow_motions
 from exudyn_flexlink.mechanism import pressed_among
 
-# rad per step of every link, be it as evenly as it may: what turns evenly makes no error that would
-# limit a step, and the polynomials on which extremes are looked for are off by 1e-12 of a radius.
+# rad, by which a link may turn in a step, also at constant speed: there no error limits a step, but
+# the polynomials that give extremes would be off by more than 1e-12 of a radius.
 LARGEST_TURN = 1.0
 GIVE_WAY = "a law with stiffness"
 NO_PIECE = "end the run before two neighbours of the rope meet, or keep them apart by a stop"
@@ -59,8 +59,8 @@ class MinimalProblem:
     """A tree model with its events, in a run to `end` (s); see `stepper.HybridProblem`.
 
     `half_periods` (s) are those of the contacts, then of the pairs of link and guide; `given` (s)
-    is the user's own step. A run that `goes_on` from another one has `carried` contacts that press,
-    by their numbers, with the speeds (m/s) at which they touched.
+    is a fixed step. In a run that `goes_on` from another one, `carried` has the speeds (m/s) at
+    which contacts touched that press at the start, by their numbers.
     """
 
     model: MinimalModel
@@ -72,12 +72,12 @@ class MinimalProblem:
     carried: Mapping[int, float] = field(default_factory=dict)
     goes_on: bool = False
     reached: bool = False
-    came: bool = False  # the formula that ends the run, to zero
+    came: bool = False  # whether the formula that ends the run has come to zero
     stop_reason: str = ""
     stop_advice: str = ""
-    _states: _StepStates | None = None  # the last step looked at
+    _states: _StepStates | None = None  # of the last step looked at
     _first: float = inf  # s: limit of the first step after a contact has closed
-    _jumped: bool = False  # a contact's force, or speeds, where the last step ended
+    _jumped: bool = False  # whether a contact's force, or speeds, jumped where the last step ended
     _pushes: FloatArray | None = None  # of contacts at the stages of the last step
 
     def __post_init__(self) -> None:
@@ -93,9 +93,9 @@ class MinimalProblem:
         self.model.touches.start(np.where(springs, 0.0, self.finder.seen.gap)[: contacts.count])
         self._begin_laps()
         self._lasting: FloatArray | None = None
-        self._flight = 0.0  # s, the longest in which no pair of link and guide pressed
+        self._flight = 0.0  # s, the longest time in which no pair of link and guide pressed
         self._free_since: float | None = 0.0
-        self._overlooked = Overlooked(self.model, self.end)
+        self._pulses = PulseWatch(self.model, self.end)
         self._walls = contacts.count  # number of the first pair of link and guide
         self.change_walls(0.0)
         self.bounds = DepthBounds(self.recorder.contacts)
@@ -110,7 +110,7 @@ class MinimalProblem:
             )
 
     def _begin_pressed(self, pressed: list[int]) -> None:
-        """Let contacts press that do at time 0: `pressed` at a rest; ropes that are stretched."""
+        """Begin the touches of time 0: contacts `pressed` at a rest, and stretched ropes."""
         contacts = self.model.contacts
         for k in range(contacts.count):
             touch = self.finder.touch(k)
@@ -141,58 +141,58 @@ class MinimalProblem:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def begin(self, at: Evaluation) -> None:
+    def begin(self, start: Evaluation) -> None:
         """Record the state at time 0."""
-        self.recorder.begin(at)
+        self.recorder.begin(start)
 
     def restart(self, time: float) -> tuple[Evaluation, State]:
-        """Take up the present state, with the independent coordinates that are best there."""
-        self.recorder.work_off()
+        """Start from the present state, with the independent coordinates that are best there."""
+        self.recorder.record_waiting()
         self.model.coordinates.resume()
         q, v = self.model.coordinates.independent()
         self.finder.kinks.take_sides(time, q, v)
         ways = self.model.frictions.way
         self.finder.frictions.settle(time, q, v)
-        self._jumped |= bool(np.any(self.model.frictions.way != ways))  # as a drive stops, too
-        at = self.model.evaluate(time, q, v)
-        pulled = self._pulled(at)
+        self._jumped |= bool(np.any(self.model.frictions.way != ways))  # also as a drive stops
+        evaluation = self.model.evaluate(time, q, v)
+        pulled = self._pulled(evaluation)
         if pulled is not None:
             self.strike(time, pulled, pulled)
             return self.restart(time)
-        self.model.look(at.kept.state.x, at.kept.state.transform)
+        self.model.look(evaluation.kept.state.x, evaluation.kept.state.transform)
         if self._jumped:
             self._jumped = False
-            self.recorder.keep(at)
-        return at, State(q, v, at.accelerations)
+            self.recorder.keep(evaluation)
+        return evaluation, State(q, v, evaluation.accelerations)
 
-    def _pulled(self, at: Evaluation) -> int | None:
-        """Rigid contact whose reaction has jumped below zero, as a force or a curvature jumps."""
+    def _pulled(self, evaluation: Evaluation) -> int | None:
+        """Rigid contact whose reaction jumped below zero, with a force or a curvature; or None."""
         closed = self.model.rigid.closed()
         if self._pushes is None or not closed:
             return None
         pressed = self._pushes[:, closed, 0].max(axis=0)
-        pulls = np.where(pressed > 0, at.kept.pushes[closed, 0] + WEAK_PUSH * pressed, 0.0)
+        pulls = np.where(pressed > 0, evaluation.kept.pushes[closed, 0] + WEAK_PUSH * pressed, 0.0)
         return closed[int(pulls.argmin())] if pulls.min() < 0 else None
 
-    def position_per_speed_error(self, at: Evaluation) -> FloatArray:
+    def position_per_speed_error(self, evaluation: Evaluation) -> FloatArray:
         """Matrix (n, n), s, from errors of speeds to those of places: see `slow_motions`.
 
-        What flies between the walls of a sleeve keeps such errors until the next touch, not until
-        the run ends. What a touch makes of them no step foresees: a second run tells it. So each
-        pair of link and guide that has touched counts as a spring across its gap, so soft that
-        errors last as in the longest flight so far.
+        A link that flies between the walls of a sleeve keeps such errors until the next touch, not
+        until the run ends. No step can tell what a touch makes of them; a second run does. So each
+        pair of link and guide that has touched counts as a spring across its gap. The spring is so
+        soft that errors last as long as the longest flight so far.
         """
-        state = at.kept.state
+        state = evaluation.kept.state
         caught = sorted(k for k in self.model.touches.ever if k >= self._walls)
         if self._lasting is None or state.transform.chosen is None or caught:
-            stiffness = self.model.springs(at)[0]
+            stiffness = self.model.springs(evaluation)[0]
             if caught:
-                flight = max(self._longest_flight(float(at.kept.t)), SHORTEST_SWING)
+                flight = max(self._longest_flight(float(evaluation.kept.t)), SHORTEST_SWING)
                 moving = self.model.kinematics.moving(state.x, state.v)
                 stiffness = stiffness + self.model.contacts.catching(
-                    caught, moving, state.transform, at.mass, FREELY / PART * flight
+                    caught, moving, state.transform, evaluation.mass, FREELY / PART * flight
                 )
-            self._lasting = slow_motions(at.mass, stiffness, self.end, SHORTEST_SWING)
+            self._lasting = slow_motions(evaluation.mass, stiffness, self.end, SHORTEST_SWING)
         return self._lasting
 
     def _longest_flight(self, time: float) -> float:
@@ -230,24 +230,24 @@ class MinimalProblem:
             self._states = _StepStates(step, states.pick(-1), states)
         return self._states
 
-    def longest(self, at: Evaluation) -> float:
+    def longest(self, evaluation: Evaluation) -> float:
         """Limit of a step, s: links turn by LARGEST_TURN at most."""
-        turning = np.abs(at.kept.state.v[self.model.kinematics.hinge])
+        turning = np.abs(evaluation.kept.state.v[self.model.kinematics.hinge])
         fastest = float(turning.max(initial=0.0))
         limits = [self._first, LARGEST_TURN / fastest if fastest > 0 else inf]
-        if self.given is not None:  # no error is controlled then: contacts that act ask for steps
+        if self.given is not None:  # without error control, contacts that act limit steps
             acting = np.array(self.half_periods)[self.model.touches.pressed]
             limits += (FIRST * acting).tolist()
         return min(limits)
 
     def slipped(self, step: Step) -> float:
-        """How far (m) a dependent coordinate ended from where its speed would have taken it."""
+        """How far (m) a dependent coordinate ended from where its speed takes it."""
         stages, begin = step.stages.kept.state, step.begin.kept.state
         return self.model.coordinates.slipped(step.h, step.method.weights, stages, begin)
 
     def overlooked(self, step: Step, allowed: float) -> float:
-        """Part of a step after which a formula is not what it is at the stages; 1 if nowhere."""
-        return self._overlooked.part(step, allowed)
+        """Part of a step up to which its stages tell every formula; 1 if they do all along it."""
+        return self._pulses.part(step, allowed)
 
     def on_singularity(self, at_stop: bool = False) -> OnSingularity:
         """Tell where the last step tried was at a dead centre."""
@@ -264,12 +264,12 @@ class MinimalProblem:
         return min(first, over, key=lambda crossing: crossing.time)
 
     def _come(self) -> None:
-        """The formula that ends the run has come to zero."""
+        """End the run, since its formula has come to zero."""
         self.reached = self.came = True
 
     def cross(self, event: Crossing) -> None:
-        """Let the event's guard change the equations, once what waits for them is worked off."""
-        self.recorder.work_off()
+        """Let the event's guard change the equations, once the steps that wait are recorded."""
+        self.recorder.record_waiting()
         event.guard.cross(event.time)
 
     def end_of(self, step: Step) -> TreeState:
@@ -277,30 +277,30 @@ class MinimalProblem:
         return self._look(step).end
 
     def keep(self, *, leaps: bool) -> None:
-        """Keep the end of the last step; with what leaps there also what was before."""
+        """Record the end of the last step; if something leaps there, also the state before it."""
         self._jumped = leaps
         self.recorder.keep_last(before=leaps)
 
     def turns_guard(self) -> Guard:
-        """The turns that end the run are made."""
+        """Guard of the turns that end the run."""
         return TurnsGuard(self)
 
     def piece_guard(self, point: Followed, way: int) -> Guard:
-        """What is followed on a curve comes to the end of its piece (1), or to its start (-1)."""
+        """Guard of what comes to the end of its piece of a curve (way 1), or to its start (-1)."""
         return PieceGuard(self, point, way)
 
     def contact_guard(self, k: int) -> Guard:
-        """Contact k, of the scene or, after these, of link and guide, begins or ends."""
+        """Guard of contact k, which begins or ends; pairs of link and guide follow the scene's."""
         if k >= self._walls:
             return PairGuard(self, k)
         return RigidGuard(self, k) if k in self.model.rigid.all else ContactGuard(self, k)
 
     def short_guard(self, rope: str) -> Guard:
-        """A piece of a rope over points has no length left: the run ends."""
+        """Guard of a rope over points; the run ends as a piece of it has no length left."""
         return ShortGuard(self, rope)
 
     def next_piece(self, point: Followed, way: int, time: float) -> None:
-        """Go on along the next piece of a curve or a table; where there is none, the run stops."""
+        """Go on along the next piece of a curve or a table; the run stops if there is none."""
         before = point.walls if isinstance(point, LapFollower) else []
         if point.next_piece(way, time):
             if isinstance(point, LapFollower) and point.walls != before:
@@ -314,7 +314,7 @@ class MinimalProblem:
             self.stop_advice = "lengthen the curve, or end the run before"
 
     def _change_walls_of_lap(self, time: float, before: list[int], after: list[int]) -> None:
-        """Let walls of one lap take over from those of another; what presses goes on to press."""
+        """Replace the walls of a lap by those of another; a wall that presses goes on to."""
         contacts, touches = self.model.contacts, self.model.touches
         contacts.idle = contacts.idle - {*after} | {*before}
         for old, new in zip(before, after, strict=True):
@@ -330,9 +330,9 @@ class MinimalProblem:
                 contacts.follow(new, self.finder.x, presses=True)
 
     def strike(self, time: float, k: int, pulled: int | None = None) -> None:
-        """Let a contact by impulse bounce, begin or end, and what follows of that.
+        """Let a contact by impulse bounce, begin or end, with all that follows at this instant.
 
-        It ends if its reaction has jumped below zero, as that of a contact `pulled`.
+        If its reaction has jumped below zero, it ends; then it is the contact `pulled`, too.
         """
         self.keep(leaps=True)
         try:
@@ -346,13 +346,13 @@ class MinimalProblem:
                 self.stop_advice = error.advice
         if self.impacts.endless:
             self.stop_reason, self.stop_advice = self.impacts.endless, LOSE_SPEED
-        for other in self.model.rigid.all:  # one impact may begin or end others
-            # What lets go where a curvature jumps stays on the piece that begins there for a step.
+        for other in self.model.rigid.all:  # an impact may begin or end other contacts
+            # A contact that ends where a curvature jumps stays on the next piece for one step.
             presses = self.finder.presses(other) or other == pulled
             self.model.contacts.follow(other, self.finder.x, presses=presses)
 
     def change(self, time: float, k: int, what: Change, touch: Touch) -> None:
-        """Let a contact begin or end where it is."""
+        """Let a contact begin or end at its present place."""
         if what is Change.CLOSES:
             self._first = min(self._first, FIRST * self.half_periods[k])
         rate = -self.carried[k] if time == 0 and k in self.carried else touch.gap_rate
@@ -360,7 +360,7 @@ class MinimalProblem:
         self.model.touches.change(k, what, now)
 
     def change_walls(self, time: float, contact: int | None = None) -> None:
-        """Let all pairs that do so at an event of this `contact` begin or cease to press."""
+        """Let pairs of link and guide begin or cease to press, at an event of this `contact`."""
         for k in self.finder.changed_pairs(time, contact):
             touch = self.finder.touch(k)
             what = self.model.touches.crossing(k, touch.gap, touch.inside)
@@ -371,7 +371,7 @@ class MinimalProblem:
 
     @property
     def places(self) -> FloatArray:
-        """Where all contacts are on their faces now (c,), m."""
+        """Present places of all contacts on their faces (c,), m."""
         return self.finder.seen.place
 
 
@@ -413,12 +413,12 @@ class PairGuard(Guard):
     bends = True
 
     def late(self, step: Step) -> float:
-        """How long (s) before a step's end its gap was closed; negative: after."""
+        """How long (s) before a step's end the gap was closed; negative: after."""
         problem = self.problem
         return problem.finder.late_pair(self.contact, problem.end_of(step), step.end)
 
     def cross(self, time: float) -> None:
-        """Let all pairs that do so begin or cease to press."""
+        """Let pairs of link and guide begin or cease to press."""
         self.problem.change_walls(time, self.contact)
 
 
@@ -442,10 +442,11 @@ class ContactGuard(Guard):
         return touch.gap / touch.gap_rate
 
     def _force_decides(self) -> bool:
-        """Tell that the instant is that of a force, which begins at zero, or ends there.
+        """Tell whether a force decides on the instant, so that the gap there need not be zero.
 
-        The force of a law begins at zero, however near that instant is. A reaction tells by itself
-        where it ends, and so does a force that lets go before its gap has opened.
+        The force of a law begins at zero, so that a small error of the instant does not matter. A
+        reaction that comes to zero decides on its end, and so does a force that lets go before its
+        gap has opened.
         """
         k, finder, contacts = self.contact, self.problem.finder, self.problem.model.contacts
         if contacts.lets_go[k]:
@@ -453,14 +454,14 @@ class ContactGuard(Guard):
         return finder.presses(k) if k in contacts.rigid else not finder.presses(k)
 
     def cross(self, time: float) -> None:
-        """Let it begin or end, but for a point that has passed its face's line, beside it."""
+        """Let the contact begin or end, unless its point has only passed beside the face."""
         touch = self.problem.finder.touch(self.contact)
         what = self.problem.model.touches.crossing(self.contact, touch.gap, touch.inside)
         if what is not Change.PASSES or meets(touch, time):
             self.change(time, what, touch)
 
     def change(self, time: float, what: Change, touch: Touch) -> None:
-        """Let what happens do so."""
+        """Change the contact."""
         k, problem, contacts = self.contact, self.problem, self.problem.model.contacts
         if k < len(problem.model.assembly.mechanism.contacts):  # touches in bearings are too many
             problem.keep(leaps=what is Change.SLIDES_OFF or bool(contacts.lets_go[k]))
@@ -469,8 +470,8 @@ class ContactGuard(Guard):
 
 
 class RigidGuard(ContactGuard):
-    """A contact by impulse, of this number, is met, or ends."""
+    """A contact by impulse, of this number, closes or ends."""
 
     def change(self, time: float, what: Change, touch: Touch) -> None:  # noqa: ARG002
-        """Let it bounce, begin or end."""
+        """Let the contact bounce, begin or end."""
         self.problem.strike(time, self.contact)

@@ -1,7 +1,7 @@
 """Forces in joints of a tree, and torques of drives, at instants at which its motion is known.
 
-The force of a joint of the tree is Newton's law for all that hangs on it; those of slots, closed
-loops and motors follow from what the equations of motion leave.
+The force of a joint of the tree follows from Newton's law for all parts that it holds. Forces of
+slots, closed loops and motors follow from the constraint forces of the equations of motion.
 """
 
 from __future__ import annotations
@@ -41,9 +41,10 @@ from exudyn_flexlink.rounding import NEGLIGIBLE
 
 @dataclass
 class Reactions:
-    """Forces (instants, 2) by joint, N, and on parts; by drive its torque (instants,), N m.
+    """Forces (instants, 2) of joints by name, N, and torques (instants,) of drives by name, N m.
 
-    `torques` of drives along a slide are forces along that, N. `gears` are as in the Result.
+    `torques` of drives along a slide are forces along its line, N. `gears` are as in the Result.
+    `on_parts` has forces (instants, 2) on parts by number.
     """
 
     forces: dict[str, FloatArray] = field(default_factory=dict)
@@ -68,7 +69,7 @@ def reactions_of(
 ) -> Reactions:
     """Reactions at instants (n,), with the parts at `poses` (n, parts, 3).
 
-    Where joints are redundant their forces are the least of those that are possible. `flanks` are
+    Of redundant joints many forces satisfy the equations: these are the smallest. `flanks` are the
     pushes of gears with play.
     """
     if isinstance(model.coordinates, ClosedCoordinates):
@@ -107,8 +108,8 @@ def _moment(
     model: MinimalModel, guided: GuidedSlot, x: FloatArray, force: FloatArray
 ) -> FloatArray:
     """Moment of a slot's force about the guide's pivot, N m."""
-    at = Points(model.layout, [guided.slot.anchor]).places(model.kinematics.places(x))[:, 0]
-    arm = at - complex(*guided.pivot)
+    point = Points(model.layout, [guided.slot.anchor]).places(model.kinematics.places(x))[:, 0]
+    arm = point - complex(*guided.pivot)
     return np.asarray(arm.real * force[:, 1] - arm.imag * force[:, 0])
 
 
@@ -128,7 +129,7 @@ def _of_closures(
     teeth = [*flanks, *tooth_pushes((g for _, g in closures.gears), reactions.gears, poses)]
     reactions.on_parts += [(push.part, push.force) for push in teeth]
     in_joints = closures.forces(x, multipliers)
-    # Of the gaps those of joints are the first; motors along slides have some, too.
+    # The gaps of joints come first; gaps of motors along slides follow, and are left out here.
     rows = zip(closures.joints, closures.parts, in_joints.T, strict=False)
     for joint, (first, second), reaction in rows:
         force = np.stack([reaction.real, reaction.imag], axis=-1)
@@ -144,10 +145,10 @@ def _of_closures(
 def _multipliers(
     jacobian: FloatArray, known: IndexArray, forces: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Multipliers (n, rows) of `forces` (n, links), and what is left of those for motors.
+    """Multipliers (n, rows) of `forces` (n, links), and the forces (n, links) of motors, the rest.
 
-    Where joints are redundant, those multipliers that are least. The coordinates `known` are those
-    of motors of the tree.
+    Of redundant joints the multipliers are the smallest ones. `known` are the coordinates that
+    motors of the tree prescribe.
     """
     turned, links = jacobian.transpose(0, 2, 1), forces.shape[1]
     whole = np.zeros(turned.shape[:2])
@@ -160,11 +161,12 @@ def _multipliers(
 
 
 class _InJoints:
-    """Forces in joints, or impulses, at instants (n,), by Newton's law for what hangs on each.
+    """Forces or impulses in joints at instants (n,), by Newton's law for the parts that they hold.
 
-    `moved` has accelerations, or jumps of speeds; `reactions` are those of the same instants.
-    `pulls` are of springs, `on_points` of contacts on their first parts, and `forces` by name those
-    between two parts, `force_parts`, all (n, 2); `gravity` (2,) is taken off accelerations.
+    `moved` has accelerations, or jumps of speeds; `reactions` are those of the same instants. Other
+    forces (n, 2) are `pulls` of springs, `on_points` of contacts on their first parts, and `forces`
+    by name, which act between two parts, `force_parts`. `gravity` (2,) is subtracted from
+    accelerations.
     """
 
     def __init__(
@@ -184,17 +186,18 @@ class _InJoints:
                 self.force_parts[motor.name] = motor.second, motor.first
 
     def in_joints(self, names: Iterable[str]) -> dict[str, FloatArray]:
-        """Force (n, 2) of joints of two points on their second one, N.
+        """Force (n, 2) of joints of two points, N, on the second point.
 
-        It is Newton's law for all that hangs on the joint. Joints with clearance are left out.
+        It follows from Newton's law for the parts that the joint holds. Joints with clearance are
+        left out.
         """
-        given = self._given()
+        applied = self._applied()
         forces = {}
         for name in names:
             hanging = hanging_on(self.mechanism, self.model.layout, name)
             if hanging is not None:
                 held, sign = hanging
-                force = sum((self._momentum_rate(part) - given[part] for part in held),
+                force = sum((self._momentum_rate(part) - applied[part] for part in held),
                             np.zeros((len(self.time), 2)))  # fmt: skip
                 forces[name] = sign * force
             elif name in self.reactions.forces:
@@ -211,9 +214,9 @@ class _InJoints:
         acceleration = bend[:, :2] + bend[:, 2:] * left_of(arm) - rate[:, 2:] ** 2 * arm
         return np.asarray(body.mass * (acceleration - self.gravity))
 
-    def _given(self) -> list[FloatArray]:
+    def _applied(self) -> list[FloatArray]:
         """Forces of slots, closed loops, springs, drives and contacts on each part, N."""
-        given = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
+        applied = [np.zeros((len(self.time), 2)) for _ in self.mechanism.parts]
         between = [
             *((spring.second.part, spring.first.part, pull) for spring, pull in self.pulls.items()),
             *((*self.force_parts[name], force) for name, force in self.forces.items()),
@@ -226,12 +229,12 @@ class _InJoints:
         ]
         for part, force in pushed:
             if part != GROUND:
-                given[part] += force
-        return given
+                applied[part] += force
+        return applied
 
 
 class JointForces(_InJoints):
-    """Forces and torques at instants (n,) that are kept, with the forces of all `contacts`."""
+    """Forces and torques in joints at recorded instants (n,), with the forces of all `contacts`."""
 
     def __init__(self, model: MinimalModel, contacts: Sequence[Contact], kept: Kept) -> None:
         self.kept = kept
@@ -257,10 +260,10 @@ class JointForces(_InJoints):
         points, pressed = [], self.kept.pressed
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = contacts[k], pressed[:, k]
-            at = self.moved.poses[rows], self.moved.rates[rows]
+            motion = self.moved.poses[rows], self.moved.rates[rows]
             for piece in contact.pieces if isinstance(contact, RopeContact) else (contact,):
                 push = np.zeros((len(rows), 2))
-                push[rows] = push_of(piece, *at, self.kept.press[rows, k])
+                push[rows] = push_of(piece, *motion, self.kept.press[rows, k])
                 points.append((piece, push))
         return points
 
@@ -276,8 +279,8 @@ class JointForces(_InJoints):
 class JointImpulses(_InJoints):
     """Impulses in joints, N s, at instants (K,) at which speeds jump.
 
-    They follow as forces do, with the jumps in place of accelerations. Springs, weight and
-    prescribed forces have none: what they do takes time.
+    They follow as forces do, with jumps of speeds in place of accelerations. Springs, weight and
+    prescribed forces have no impulse at a single instant.
     """
 
     def __init__(self, model: MinimalModel, contacts: Sequence[Contact], leaps: Leaps) -> None:
@@ -290,6 +293,6 @@ class JointImpulses(_InJoints):
         super().__init__(model, leaps.t, moved, reactions)
         for k in np.flatnonzero(leaps.push.any(axis=0)).tolist():
             contact, push, rub = contacts[k], leaps.push[:, k, None], leaps.rub[:, k]
-            at = approach(contact, moved.poses, moved.rates)
-            impulse = push * at.normal + (at.grip * rub)[:, None] * at.along
+            look = approach(contact, moved.poses, moved.rates)
+            impulse = push * look.normal + (look.grip * rub)[:, None] * look.along
             self.on_points.append((contact, impulse))

@@ -4,8 +4,8 @@ Samples lie on the step's polynomial. Accelerations and reactions there follow f
 motion: derivatives of the polynomial have a lower order, and a small force, which is the difference
 of large ones, would show that.
 
-No error limits a step in which drives prescribe all motion, or motions by formulas. For sums and
-extremes such a step counts as several, which end at its samples.
+No error estimate limits a step where drives prescribe all motion, or give a motion by a formula. So
+for sums and extremes such a step counts as several shorter ones, which end at its samples.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ class Leaps(NamedTuple):
 
 
 class _Waiting(NamedTuple):
-    """A step, and instants in it, s: `samples` of them, then the stages of its parts.
+    """A step that waits, with instants `t` (s): first its samples, then the stages of its parts.
 
-    `edges` (s) are where its parts end and begin; `states` are all coordinates at the instants, and
-    then at its end.
+    `samples` is the number of samples, `edges` (s) are the ends of its parts. `states` are all
+    coordinates at the instants, and last at the end of the step.
     """
 
     step: Step
@@ -76,22 +76,22 @@ class TreeRecorder(BlockRecorder):
         mechanism = model.assembly.mechanism
         super().__init__(mechanism, grid, seeker, model.touches)
         self.model = model
-        # If anything is solved for, the limit of a motor's turn within a step is enough for
-        # constant speeds and ramps. Other motions may shake fast, though by little.
+        # Steps in which anything is solved for are short enough for motors with constant speeds and
+        # ramps: no motor turns far within a step. Other motions may be fast, with small amplitudes.
         self._shaken = any(not isinstance(m.speed, Ramp) for m, _ in model.layout.motors.values())
         self._waiting: list[_Waiting] = []
         self._leaps: list[Leaps] = []
         names = [point.slot.name for point in model.coordinates.points]
         self._points = [names.index(slot.name) for slot in mechanism.slots]
 
-    def begin(self, at: Evaluation) -> None:
+    def begin(self, start: Evaluation) -> None:
         """Take the state at time 0."""
-        self._start(self.known(at.pick(None), at.accelerations[None]))
+        self._start(self.known(start.pick(None), start.accelerations[None]))
 
-    def keep(self, at: Evaluation) -> None:
-        """Keep a state as it is now, after what happened there."""
-        self.work_off()
-        self._keep_now(self.known(at.pick(None), at.accelerations[None]))
+    def keep(self, state: Evaluation) -> None:
+        """Record the present state, after an event."""
+        self.record_waiting()
+        self._keep_now(self.known(state.pick(None), state.accelerations[None]))
 
     # --- steps --------------------------------------------------------------------------------
 
@@ -134,10 +134,10 @@ class TreeRecorder(BlockRecorder):
         # A formula of what supplies energy ends the run where it has no value.
         long = len(self._waiting) >= AT_ONCE or instants > BLOCK
         if self.model.loads.supplied_by_formula or long:
-            self.work_off()
+            self.record_waiting()
 
-    def work_off(self) -> None:
-        """Work off the steps that wait: the same contacts press in all of them."""
+    def record_waiting(self) -> None:
+        """Evaluate and record the steps that wait; the same contacts press in all of them."""
         waiting, self._waiting = self._waiting, []
         if not waiting:
             return
@@ -145,7 +145,8 @@ class TreeRecorder(BlockRecorder):
         for step in (wait.step for wait in waiting):
             begin = step.begin.pick(None)
             evaluations += [begin, step.stages]
-            # At the stages those of the polynomial: energies are then balanced as the motion is.
+            # At stages the accelerations of the polynomial count, so that energies balance like the
+            # motion does.
             free += [begin.accelerations, step.accelerations]
         state = joined([wait.states for wait in waiting])
         t = np.concatenate([wait.t for wait in waiting])
@@ -165,21 +166,21 @@ class TreeRecorder(BlockRecorder):
         ):
             column[rows] = values
         # The last round of a step's iteration moved its end away from the last stage.
-        at = known.pick(rows)
+        last_rows = known.pick(rows)
         which = np.cumsum([len(wait.edges) - 1 for wait in waiting]) - 1
-        at.of_engine.x[which], at.of_engine.v[which], at.places[which] = (
+        last_rows.of_engine.x[which], last_rows.of_engine.v[which], last_rows.places[which] = (
             ends.x,
             ends.v,
             self._places(ends),
         )
-        self._book(steps, known, rates, at)
+        self._book(steps, known, rates, last_rows)
 
     def jump(
-        self, t: float, at: TreeState, rates: FloatArray, held: FloatArray, impulses: FloatArray
+        self, t: float, state: TreeState, rates: FloatArray, held: FloatArray, impulses: FloatArray
     ) -> None:
         """Take a jump of all speeds (links,) at a state, by `impulses` (2, contacts): see Leaps."""
-        places = self._places(at.pick(None))[0]
-        self._leaps.append(Leaps(np.array(t), at.x, places, rates, held, *impulses))
+        places = self._places(state.pick(None))[0]
+        self._leaps.append(Leaps(np.array(t), state.x, places, rates, held, *impulses))
 
     def leaps(self) -> Leaps | None:
         """Jumps so far, together; None: there was none."""
@@ -187,9 +188,9 @@ class TreeRecorder(BlockRecorder):
 
     # --- what is known ------------------------------------------------------------------------
 
-    def known(self, at: Evaluation, free: FloatArray) -> Kept:
-        """Rows of the record at instants, without totals, by accelerations (m, independent)."""
-        whole: TreeForces = at.kept
+    def known(self, evaluation: Evaluation, free: FloatArray) -> Kept:
+        """Rows of the record, without totals; `free` (m, independent) are accelerations."""
+        whole: TreeForces = evaluation.kept
         state, count = whole.state, len(whole.t)
         a = state.b + state.transform.expanded(free)
         forces = (whole.mass @ a[:, :, None])[:, :, 0] - whole.force
@@ -206,9 +207,9 @@ class TreeRecorder(BlockRecorder):
             places[:, slot] = self.model.coordinates.points[k].place(state.places[:, k])
         return places
 
-    def _rates(self, at: Evaluation, known: Kept) -> Totals:
+    def _rates(self, evaluation: Evaluation, known: Kept) -> Totals:
         """Rates (m, ...) of the totals at instants."""
-        whole: TreeForces = at.kept
+        whole: TreeForces = evaluation.kept
         kept, rates = known.of_engine, self._totals(len(known.t))
         if self.frictions:
             rates.rubbed[:] = -kept.friction * (kept.v @ self.model.frictions.rows.T)
@@ -217,9 +218,9 @@ class TreeRecorder(BlockRecorder):
         rates.impulses[:], rates.losses[:] = known.press, whole.pushes[..., 1]
         return rates
 
-    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
-        """Poses and rates (m, parts, 3) at instants that are kept."""
-        x, v = at.of_engine.x, at.of_engine.v
+    def motion(self, rows: Kept) -> tuple[FloatArray, FloatArray]:
+        """Poses and rates (m, parts, 3) of rows of the record."""
+        x, v = rows.of_engine.x, rows.of_engine.v
         moved = motions(self.model.layout, self.model.kinematics, x, v, np.zeros_like(x))
         return moved.poses, moved.rates
 
@@ -229,7 +230,7 @@ def _steps(waiting: list[_Waiting]) -> Steps:
 
     Rows are first the starts and stages of all steps, then the instants within them, without ends.
     """
-    begins, lengths, nodes, samples, of = [], [], [], [], []
+    begins, lengths, nodes, samples, steps_of = [], [], [], [], []
     stages_in = waiting[0].step.method.stages
     rows = np.arange(1 + stages_in)
     count, row = 0, len(waiting) * len(rows)
@@ -245,7 +246,7 @@ def _steps(waiting: list[_Waiting]) -> Steps:
         samples.append(inner)
         # A sample at the end of a part belongs to that part.
         part = np.searchsorted(wait.edges[1:-1], wait.t[: wait.samples])
-        of.append(count + part)
+        steps_of.append(count + part)
         count, row = count + parts, row + len(wait.t) - 1
-    columns = begins, lengths, nodes, samples, of
+    columns = begins, lengths, nodes, samples, steps_of
     return Steps._make(np.concatenate(column) for column in columns)

@@ -38,17 +38,18 @@ class JammedError(Sendable, ArithmeticError):
         super().__init__(f"friction jams the contact '{contact}': {why}")
 
 
-# 1/s: rate at which errors of steps in a closed gap die out; reactions show it squared.
+# 1/s: rate at which errors of steps in a closed gap die out. Its square times such an error is an
+# error of reactions.
 BAUMGARTE = 1e2
 
 
 class Gaps(NamedTuple):
-    """Gaps of some contacts at one instant, or at several: then with one axis more, the first.
+    """Gaps of some contacts at one instant; for several instants arrays have one more, first axis.
 
     `rows` (c, links) are gradients by all coordinates, `free` (c, independent) by the independent
-    ones; `bend` (c,), m/s^2, are second derivatives where those do not accelerate. `touching`
-    (c, 2) are gaps and rates; `slides` (c, links) are gradients of the sliding distances, 0 without
-    friction, and `slip` (c,) their rates (m/s).
+    ones; `bend` (c,), m/s^2, are second derivatives if the independent coordinates do not
+    accelerate. `touching` (c, 2) are gaps and rates; `slides` (c, links) are gradients of the
+    sliding distances, 0 without friction, and `slip` (c,) their rates (m/s).
     """
 
     rows: FloatArray
@@ -84,7 +85,7 @@ class Projector(NamedTuple):
     def past(cls, mass: FloatArray, rows: FloatArray, pushed: FloatArray) -> Projector:
         """Projector past ``rows z'' = 0``, which forces `pushed` hold (both k, independent)."""
         arms = np.linalg.solve(mass, rows.T)
-        back = pushed.T @ scaled_inverse((pushed @ arms).T, even=pushed is rows)
+        back = pushed.T @ scaled_inverse((pushed @ arms).T, symmetric=pushed is rows)
         return cls(np.eye(len(mass)) - back @ arms.T, back @ rows)
 
     def slopes(self, stiffness: FloatArray, damping: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -96,8 +97,9 @@ class Projector(NamedTuple):
 class Holding(NamedTuple):
     """Closed gaps at instants (n,), and how contacts (c,) hold them against forces.
 
-    By 1 N contacts push all coordinates by `pushed` (n, c, links), independent ones by
-    `pushed_free`. The reactions to forces (n, independent) are ``-inverse moved f``.
+    A contact that presses by 1 N puts forces `pushed` (n, c, links) on all coordinates, and
+    `pushed_free` on the independent ones. Reactions to forces f (n, independent) are
+    ``-inverse moved f``.
     """
 
     gaps: Gaps
@@ -112,7 +114,7 @@ class Holding(NamedTuple):
 
 
 class RigidContact(NamedTuple):
-    """A contact by impulse: speeds jump as it closes, and pushing leaves no gap."""
+    """A contact by impulse: speeds jump as it closes; while it presses, its gap stays zero."""
 
     name: str
     restitution: float
@@ -164,29 +166,29 @@ class RigidContacts:
         rows = gaps.rows + self.rubbed(which, gaps.slip)[..., None] * gaps.slides
         return rows, rows @ state.transform.matrix
 
-    def holding(self, at: Evaluation) -> Holding:
-        """Return what the contacts that last do, at instants (n,)."""
-        which, state = self.closed(), at.kept.state
+    def holding(self, evaluation: Evaluation) -> Holding:
+        """Return how the contacts that last hold their gaps, at instants (n,)."""
+        which, state = self.closed(), evaluation.kept.state
         gaps = self.gaps(which, state)
-        arms = mobility(gaps, at.mass)[0]
+        arms = mobility(gaps, evaluation.mass)[0]
         pushed, pushed_free = self.pushing(which, gaps, state)
         opened = self.opened(which, gaps, arms, pushed_free)
-        inverse = least_inverse(opened, even=pushed_free is gaps.free)
+        inverse = least_inverse(opened, symmetric=pushed_free is gaps.free)
         return Holding(gaps, pushed, pushed_free, inverse, np.swapaxes(arms, -1, -2))
 
-    def with_reactions(self, at: Evaluation, holding: Holding | None = None) -> Evaluation:
+    def with_reactions(self, evaluation: Evaluation, holding: Holding | None = None) -> Evaluation:
         """Return evaluations at instants (n,) with the reactions of the contacts that last."""
-        which, kept = self.closed(), at.kept
-        gaps, pushed, pushed_free, inverse, moved = holding or self.holding(at)
+        which, kept = self.closed(), evaluation.kept
+        gaps, pushed, pushed_free, inverse, moved = holding or self.holding(evaluation)
         gap, rate = gaps.touching[..., 0], gaps.touching[..., 1]
         wanted = -gaps.bend - 2 * BAUMGARTE * rate - BAUMGARTE * BAUMGARTE * gap
-        wanted -= (moved @ at.force[..., None])[..., 0]
+        wanted -= (moved @ evaluation.force[..., None])[..., 0]
         press = (inverse @ wanted[..., None])[..., 0]
         power = -press * rate - press * self.rubbed(which, gaps.slip) * gaps.slip
         kept.pushes[:, which] = np.stack([press, power], axis=-1)
         force = kept.force + (press[:, None] @ pushed)[:, 0]
-        free = at.force + (press[:, None] @ pushed_free)[:, 0]
-        return at._replace(force=free, kept=kept._replace(force=force))
+        free = evaluation.force + (press[:, None] @ pushed_free)[:, 0]
+        return evaluation._replace(force=free, kept=kept._replace(force=force))
 
     def opened(
         self, which: Sequence[int], gaps: Gaps, arms: FloatArray, pushed: FloatArray
@@ -205,12 +207,12 @@ class RigidContacts:
                 raise JammedError(self.all[k].name)
         return moved
 
-    def slopes(self, at: Evaluation) -> FloatArray | float:
+    def slopes(self, evaluation: Evaluation) -> FloatArray | float:
         """Damping (independent, independent) by friction of contacts that last, at one state."""
         which = [k for k in self.closed() if self.all[k].friction is not None]
         if not which:
             return 0.0
-        state: TreeState = at.kept.state
+        state: TreeState = evaluation.kept.state
         gaps = self.gaps(which, state.pick(None)).pick(0)
         slid = state.transform.reduced_rows(gaps.slides)
         rubs = [
@@ -220,23 +222,23 @@ class RigidContacts:
         ]
         coefficient, slip_speed = np.array(rubs).T
         steep = coefficient**2 - self.rubbed(which, gaps.slip) ** 2
-        steep *= at.kept.pushes[which, 0] / (coefficient * slip_speed)
+        steep *= evaluation.kept.pushes[which, 0] / (coefficient * slip_speed)
         return np.asarray((slid.T * steep) @ slid)
 
-    def held(self, at: Evaluation) -> tuple[FloatArray, FloatArray]:
-        """Gradients (c, independent) of the gaps that stay closed, and what presses there."""
-        which, state = self.closed(), at.kept.state
+    def held(self, evaluation: Evaluation) -> tuple[FloatArray, FloatArray]:
+        """Gradients (c, independent) of gaps that stay closed; forces by 1 N in their contacts."""
+        which, state = self.closed(), evaluation.kept.state
         gaps = self.gaps(which, state.pick(None)).pick(0)
         return gaps.free, self.pushing(which, gaps, state)[1]
 
 
-def scaled_inverse(mobility: FloatArray, *, even: bool = True) -> FloatArray:
-    """Inverse of mobilities (..., c, c), the least one if joints depend; 0 for what can't move.
+def scaled_inverse(mobility: FloatArray, *, symmetric: bool = True) -> FloatArray:
+    """Inverse of mobilities (..., c, c), which may be `symmetric`; 0 for joints that can't move.
 
-    `even` tells that they are symmetric.
+    It is the pseudo-inverse if joints depend on each other.
     """
     diagonals = np.diagonal(mobility, axis1=-2, axis2=-1)
     moves = diagonals > 0
     scale = np.divide(1.0, np.sqrt(np.abs(diagonals)), where=moves, out=np.zeros(diagonals.shape))
     both = scale[..., :, None] * scale[..., None, :]
-    return np.asarray(least_inverse(mobility * both, even=even) * both)
+    return np.asarray(least_inverse(mobility * both, symmetric=symmetric) * both)

@@ -51,7 +51,7 @@ from exudyn_flexlink.source import Mistake, SceneError
 
 @dataclass
 class MinimalRun:
-    """A run of a tree, before and after it is made."""
+    """The objects of a run of a tree."""
 
     scene: Scene
     model: MinimalModel
@@ -62,8 +62,8 @@ class MinimalRun:
     events: list[Event]
 
 
-class RunReader:
-    """Reads what a run recorded, and puts its Result together."""
+class TreeRunReader:
+    """Makes the Result from the records of a run."""
 
     def __init__(self, run: MinimalRun) -> None:
         self.run, self.mechanism = run, run.model.assembly.mechanism
@@ -71,7 +71,7 @@ class RunReader:
         self.held = JointForces(run.model, run.recorder.contacts, self.kept)
 
     def result(self, warnings: tuple[str, ...], outcome: Outcome) -> Result:
-        """Return the Result; its versions and timings are still to come."""
+        """Return the Result; versions and timings are added later."""
         points = [n for n, joint in self.run.scene.joints.items() if isinstance(joint, PointsJoint)]
         run, poses, rates = self.run, self.held.moved.poses, self.held.moved.rates
         kept: TreeKept = self.kept.of_engine
@@ -110,9 +110,7 @@ class RunReader:
         return EngineSettings(replace(made_by, tolerance=tolerance, step=step), "minimal")
 
 
-SAME_PART_OF_RUN = (
-    1e-6  # of the run: where it ends, and where equations were found to have no answer
-)
+SAME_PART_OF_RUN = 1e-6  # of the run: instants nearer than this count as the same
 
 
 def prepare(
@@ -123,7 +121,7 @@ def prepare(
     *,
     seed: bool = False,
 ) -> MinimalRun:
-    """Build the tree, the loop and what records it; SceneError: it starts at a dead centre."""
+    """Build the tree, the loop and the recorder; SceneError at a dead centre or an early end."""
     mechanism = assembly.mechanism
     layout = tree_layout(mechanism)
     end = end_of_run(scene, mechanism)
@@ -174,17 +172,17 @@ def prepare(
 
 
 def solve(run: MinimalRun) -> tuple[str, str]:
-    """Integrate to the end; return what went wrong and what to try, empty if nothing."""
+    """Integrate to the end; return a complaint and an advice, empty after success."""
     complaint = "", ""
     with interrupts(run.solution.interrupt):
         try:
             run.solution.run()
-            run.recorder.work_off()
+            run.recorder.record_waiting()
         except DeadCentreError as error:
             complaint = str(error), LOCKED_ADVICE
         except NoConvergenceError as error:
             complaint = _no_convergence(run, error)
-        except TROUBLES as error:  # such as of a drive, as it goes on past a knot, or at a sample
+        except TROUBLES as error:  # such as a drive without a value, beyond a knot or at a sample
             complaint = str(error), error.advice
     if run.problem.came:
         run.recorder.keep_end(run.stepper.time)
@@ -195,7 +193,7 @@ def solve(run: MinimalRun) -> tuple[str, str]:
 
 
 def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, str]:
-    """Say why no step is short enough, and what to try."""
+    """Reason for which no step is short enough, and an advice."""
     locked = run.model.coordinates.locked(run.stepper.at.kept.state)
     if locked:
         return locked, LOCKED_ADVICE
@@ -210,17 +208,17 @@ def _no_convergence(run: MinimalRun, error: NoConvergenceError) -> tuple[str, st
 
 
 def finish(run: MinimalRun, complaint: tuple[str, str]) -> Result:
-    """Put the Result together; its timings are still to come."""
+    """Make the Result; timings are added later."""
     at_once = passed_on(run.problem.impacts.together, "all of them at once")
     halves = [run.problem.half_periods[k] for k in run.model.touches.ever]
     short = shortened(run.problem.given, [(half, FIRST * half) for half in halves])
     doubtful = *_slipped(run), *_on_dead_centres(run), *_waited(run)
     warnings = (*short, *doubtful, *at_once, *run.solution.creeps)
-    return RunReader(run).result(warnings, _outcome(run, *complaint))
+    return TreeRunReader(run).result(warnings, _outcome(run, *complaint))
 
 
 def _slipped(run: MinimalRun) -> list[str]:
-    """Say where the user's own step was too long for what follows other coordinates, or a motor."""
+    """Warn if the user's step was too long for dependent coordinates."""
     slips = run.stepper.slips
     if not slips:
         return []
@@ -233,7 +231,7 @@ def _slipped(run: MinimalRun) -> list[str]:
 
 
 def _waited(run: MinimalRun) -> list[str]:
-    """Say that a formula was not below zero as the run, or a stage, went on."""
+    """Warn if the formula of `until` was not below zero at the start of the run or stage."""
     if run.problem.until is None or not run.problem.until.waited:
         return []
     begin = f"'until' is not below 0 as the run goes on at {run.scene.initial.clock:.6g} s"
@@ -241,7 +239,7 @@ def _waited(run: MinimalRun) -> list[str]:
 
 
 def _on_dead_centres(run: MinimalRun) -> list[str]:
-    """Say where a loop passed a dead centre so closely that rounding decided on errors."""
+    """Warn if a loop passed a dead centre so closely that rounding determined the error."""
     rounded, given = run.stepper.rounded, run.scene.accuracy.step
     if not rounded:
         return []
@@ -255,7 +253,7 @@ def _on_dead_centres(run: MinimalRun) -> list[str]:
 def _goal(
     scene: Scene, assembly: Assembly, layout: TreeLayout
 ) -> Callable[[FloatArray], float] | None:
-    """Angle still to turn, of all coordinates of the tree; None where time ends the run."""
+    """Angle still to turn as a function of the tree's coordinates; None if time ends the run."""
     goal = turn_goal(scene, assembly)
     if goal is None:
         return None

@@ -1,13 +1,13 @@
 """The formula that ends a run, of time, state and forces in joints, as it rises through zero.
 
-Within a step what it senses are polynomials: through looks at the step's own motion, and through
-forces at its nodes. Of parts of the step bounds of the formula are known then. A part in which it
-may come to zero is halved, its first half first, so that of two crossings in one step the first is
-found. The step is made again to end there, and moved to where the formula is zero at its end.
+What the formula senses is represented within a step by polynomials: through values of the motion at
+Chebyshev's points, and through forces at the step's nodes. They give bounds of the formula in any
+part of the step. A part in which it may come to zero is halved, the first half first, so that the
+first of several crossings is located. The step is made again to end there.
 
-Where the formula is no longer below zero as a step begins, it has jumped: by an impact, as friction
-changes sign, or at a knot of a force or of the formula. A run that goes on from another one, as in
-a stage, may begin with a formula that is not below zero: it counts once it has been.
+If the formula is no longer below zero when a step begins, it has jumped: by an impact, as friction
+changes sign, or at a knot of a force or of the formula. A run that goes on from another one, as a
+stage does, may begin with a formula that is not below zero. There it has to fall below zero first.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray
 from exudyn_flexlink.engines.exudyn.minimal.formulas import (
-    COEFFICIENTS,
     DEGREE,
     FACTORIALS,
     TAYLOR_POWERS,
+    TO_POWERS,
     AlongStep,
     along_step,
 )
@@ -37,17 +37,18 @@ from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing, Guard, zero
 from exudyn_flexlink.integrate.problem import Evaluation, instant
 from exudyn_flexlink.integrate.radau import Step
 from exudyn_flexlink.mechanism import Held, Until, until_mistakes
-from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.source import KeyPath, Mistake
 
-FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of those that are looked at together
-FINEST = 2.0**-16  # of a step: crossings nearer to each other are none, or one
-ASIDE = 1e-4  # of a step, to either side of a crossing: there its rate is taken
+FIRST_PARTS = np.linspace(0.0, 1.0, 9)  # of a step: ends of the parts that are bounded first
+LITTLE = 1e-13  # of the formula's terms: a value above minus this counts as zero
+FINEST = 2.0**-16  # of a step: two crossings that are nearer to each other may not be seen
+ASIDE = 1e-4  # of a step: the rate at a crossing is a difference from so far before to after it
 
 
 @dataclass(frozen=True)
 class UntilGuard(Guard):
-    """The formula comes to zero with this rate (1/s); None: it has jumped past it."""
+    """The formula comes to zero with this rate (1/s); None: it has jumped above zero."""
 
     watch: UntilWatch
     rate: float | None
@@ -55,20 +56,20 @@ class UntilGuard(Guard):
 
     def late(self, step: Step) -> float:
         """How long (s) before a step's end the formula was zero; negative: after."""
-        value, little = self.watch.at_end(step)
+        value, rounding = self.watch.at_end(step)
         rate = self.rate or 0.0
-        near = abs(value) <= max(little, abs(rate) * instant(step.end, EVENT_TIME))
+        near = abs(value) <= max(rounding, abs(rate) * instant(step.end, EVENT_TIME))
         return 0.0 if near or rate == 0 else value / rate
 
     def cross(self, time: float) -> None:
-        """End the run; what has jumped is seen as it is then."""
+        """End the run; after a jump record the state, so that the result has it."""
         if self.rate is None:
             self.watch.keep(time)
         self.over()
 
 
 class UntilWatch:
-    """Looks at the steps of a model; `over` is called as the formula comes to zero."""
+    """Finds in steps where the formula comes to zero; `over` is called then."""
 
     def __init__(
         self,
@@ -80,32 +81,32 @@ class UntilWatch:
         goes_on: bool = False,
     ) -> None:
         self._model, self._recorder, self._until, self._over = model, recorder, until, over
-        self._waits = goes_on  # for the formula to be below zero
-        self.waited = False  # as the run began
+        self._waits = goes_on  # until the formula has been below zero
+        self.waited = False  # whether it was not below zero as the run began
         self._sensors: list[Sensor | Held] = [
             sense if isinstance(sense, Held) else sensor_of(model.layout, model.kinematics, sense)
             for sense in until.senses
         ]
         self._in_motion = [not isinstance(sensor, Held) for sensor in self._sensors]
-        self._size = 0.0  # of its terms so far
+        self._size = 0.0  # of the formula's terms, the largest so far
 
     def mistakes(self, path: KeyPath) -> list[Mistake]:
-        """Refuse a run that is over as it begins, by its formula at this path of the scene.
+        """Mistakes of a formula, at a `path` of the scene, that ends the run as it begins.
 
         Raises:
-            NoValueError: the formula has no value then.
+            NoValueError: the formula has no value at time 0.
 
         """
-        at = self._model.evaluate(0.0, *self._model.coordinates.independent())
-        return until_mistakes(self._until, self._sensed(*_alone(at)), path)
+        start = self._model.evaluate(0.0, *self._model.coordinates.independent())
+        return until_mistakes(self._until, self._sensed(*_alone(start)), path)
 
     def first(self, step: Step) -> Crossing | None:
-        """When the formula comes to zero first within a step; at its start, if it has jumped."""
-        value, little = self._value(*_alone(step.begin))
-        below = NEGLIGIBLE * self._size  # so far it must have been
+        """Where the formula comes to zero first in a step; at its start, if the formula jumped."""
+        value, rounding = self._value(*_alone(step.begin))
+        below = NEGLIGIBLE * self._size  # how far below zero it has to have been
         self._waits = self._waits and value >= -below
         self.waited |= self._waits
-        if value >= -little and not self._waits:
+        if value >= -rounding and not self._waits:
             return Crossing(step.t, UntilGuard(self, None, self._over))
         rates, begin = self._rates(step), 0.0
         if self._waits:
@@ -113,7 +114,7 @@ class UntilWatch:
             if fallen is None:
                 return None
             begin = fallen
-        path = _Path(self._until, self._model, step, rates, little)
+        path = _Path(self._until, self._model, step, rates, rounding)
         part = path.first(begin)
         if part is None:
             return None
@@ -121,28 +122,26 @@ class UntilWatch:
         return Crossing(step.t + part * step.h, guard)
 
     def at_end(self, step: Step) -> tuple[float, float]:
-        """Value at the end of a step, and what is rounding beside it."""
-        at = self._model.evaluate(step.end, step.finish.q, step.finish.v)
-        return self._value(*_alone(at))
+        """Value at the end of a step, and the rounding in it."""
+        return self._value(*_alone(self._model.evaluate(step.end, step.finish.q, step.finish.v)))
 
     def keep(self, time: float) -> None:
-        """Keep the present state, at this time (s)."""
-        at = self._model.evaluate(time, *self._model.coordinates.independent())
-        self._recorder.keep(at)
+        """Record the present state, at this time (s)."""
+        self._recorder.keep(self._model.evaluate(time, *self._model.coordinates.independent()))
 
     # --- values -------------------------------------------------------------------------------
 
-    def _value(self, at: Evaluation, free: FloatArray) -> tuple[float, float]:
-        """Value at one instant (1,), and what is rounding beside it."""
-        time, sensed = at.kept.t, self._sensed(at, free)
+    def _value(self, evaluation: Evaluation, free: FloatArray) -> tuple[float, float]:
+        """Value at one instant (1,), and the rounding in it; `free` are accelerations."""
+        time, sensed = evaluation.kept.t, self._sensed(evaluation, free)
         self._size = max(self._size, self._until.size(time, sensed))
-        return float(self._until.value.values(time, sensed)[0]), ROUNDING * self._size
+        return float(self._until.value.values(time, sensed)[0]), LITTLE * self._size
 
-    def _sensed(self, at: Evaluation, free: FloatArray) -> list[FloatArray]:
-        """What is sensed at instants (n,), by accelerations (n, independent)."""
-        state = at.kept.state
-        now = self._model.loads.now(at.kept.t, state.x, state.v)
-        forces = self._forces(at, free) if self._until.by_forces else None
+    def _sensed(self, evaluation: Evaluation, free: FloatArray) -> list[FloatArray]:
+        """Values (n,) of all senses at instants; `free` (n, independent) are accelerations."""
+        state = evaluation.kept.state
+        now = self._model.loads.now(evaluation.kept.t, state.x, state.v)
+        forces = self._forces(evaluation, free) if self._until.by_forces else None
         sensed = []
         for sensor in self._sensors:
             if not isinstance(sensor, Held):
@@ -151,17 +150,17 @@ class UntilWatch:
                 sensed.append(forces.sensed(sensor))
         return sensed
 
-    def _forces(self, at: Evaluation, free: FloatArray) -> _Forces:
-        kept = self._recorder.known(at, free)
+    def _forces(self, evaluation: Evaluation, free: FloatArray) -> _Forces:
+        kept = self._recorder.known(evaluation, free)
         return _Forces(self._model, self._recorder.contacts, kept)
 
     def _rates(self, step: Step) -> FloatArray:
-        """Derivatives (powers, sensed) at a step's begin of what is sensed along it, by 1/s."""
+        """Time derivatives (orders, senses) of all senses at the begin of a step."""
         powers = np.zeros((DEGREE + 1, len(self._sensors)))
         now = along_step(self._model, step)
         for k, sensor in enumerate(self._sensors):
             if not isinstance(sensor, Held):
-                powers[:, k] = COEFFICIENTS @ sensor.value(now)
+                powers[:, k] = TO_POWERS @ sensor.value(now)
         if self._until.by_forces:
             begin = step.begin.pick(None)
             nodes = joined([begin, step.stages])
@@ -173,9 +172,9 @@ class UntilWatch:
         return np.asarray((FACTORIALS / step.h**TAYLOR_POWERS)[:, None] * powers)
 
 
-def _alone(at: Evaluation) -> tuple[Evaluation, FloatArray]:
-    """An evaluation at one instant as that at several, and its accelerations."""
-    return at.pick(None), at.accelerations[None]
+def _alone(evaluation: Evaluation) -> tuple[Evaluation, FloatArray]:
+    """An evaluation at a single instant, in the form of several, and its accelerations."""
+    return evaluation.pick(None), evaluation.accelerations[None]
 
 
 class _Forces(JointForces):
@@ -188,7 +187,7 @@ class _Forces(JointForces):
         return np.asarray(np.linalg.norm(self.force(sense.joint), axis=1))
 
     def force(self, joint: str) -> FloatArray:
-        """Force (n, 2) of a joint, N; of one with clearance that of its walls on the other side."""
+        """Force (n, 2) of a joint, N; of a joint with clearance the force of its walls."""
         mechanism, poses, rates = self.mechanism, self.moved.poses, self.moved.rates
         numbers = {
             bearing.name: range(k, k + 1)
@@ -201,36 +200,36 @@ class _Forces(JointForces):
             force += push_of(mechanism.touching[k], poses, rates, self.kept.press[:, k])
         if joint in numbers:
             return force
-        slotted = self.reactions.forces.get(joint)
-        return self.in_joints([joint])[joint] if slotted is None else slotted
+        of_slot = self.reactions.forces.get(joint)
+        return self.in_joints([joint])[joint] if of_slot is None else of_slot
 
     def torque(self, sense: Held) -> FloatArray:
         """Torque (n,) of drives and of friction on a joint's second part, N m."""
-        of_drives, rubbed = self.torques(), self.kept.of_engine.friction
-        torques = [of_drives[name] for name in sense.drives]
-        for k, friction in enumerate(self.mechanism.frictions):
-            if friction.name == sense.joint:
-                torques.append(rubbed[:, k])
+        by_drives, friction = self.torques(), self.kept.of_engine.friction
+        torques = [by_drives[name] for name in sense.drives]
+        for k, joint in enumerate(self.mechanism.frictions):
+            if joint.name == sense.joint:
+                torques.append(friction[:, k])
         return np.asarray(np.sum(torques, axis=0))
 
 
 class _Path:
-    """The formula along a step, by derivatives (powers, sensed) of what it senses."""
+    """The formula along a step, by time derivatives `rates` (powers, senses) of its senses."""
 
     def __init__(
-        self, until: Until, model: MinimalModel, step: Step, rates: FloatArray, little: float
+        self, until: Until, model: MinimalModel, step: Step, rates: FloatArray, rounding: float
     ) -> None:
         formula = until.value
-        self._formula, self._step, self._little = formula, step, little
+        self._formula, self._step, self._rounding = formula, step, rounding
         self._inside = model.window.all_inside
         self._rates = rates
         self._bounds = AlongStep(formula.clock + step.t, rates).bounds
         self._whole = formula.expression.whole
 
     def first(self, after: float = 0.0, *, falling: bool = False) -> float | None:
-        """Part of the step, not before `after`, at which the formula is zero first.
+        """Part of the step, after `after`, at which the formula first rises through zero, or None.
 
-        None if it stays below; if `falling`, above.
+        With `falling` it is the part at which the formula first falls through zero.
         """
         side = -1.0 if falling else 1.0
 
@@ -261,16 +260,16 @@ class _Path:
         return (self._risen(end) - self._risen(begin)) / ((end - begin) * self._step.h)
 
     def _near(self, begin: FloatArray, end: FloatArray, falling: bool) -> BoolArray:
-        """Parts (n,) of the step in which it may come to zero; also where it may have no value."""
+        """Tell in which parts (n,) of the step the formula may be zero, or may have no value."""
         clock, t, h = self._formula.clock, self._step.t, self._step.h
         within = Bounds(*(clock + self._inside(t + h * part) for part in (begin, end)))
         bounds = self._whole.ranges(within, self._bounds(within))
-        may = bounds.low <= -self._little if falling else bounds.high >= -self._little
-        return np.broadcast_to(may, begin.shape)
+        possible = bounds.low <= -self._rounding if falling else bounds.high >= -self._rounding
+        return np.broadcast_to(possible, begin.shape)
 
     def _risen(self, part: float) -> float:
-        """Value, above what is rounding."""
+        """Value after a part of the step, plus its rounding."""
         time = self._inside(np.array([self._step.t + part * self._step.h]))
         ahead = part * self._step.h
         sensed: Sequence[FloatArray] = (ahead**TAYLOR_POWERS / FACTORIALS @ self._rates)[:, None]
-        return float(self._formula.values(time, list(sensed))[0]) + self._little
+        return float(self._formula.values(time, list(sensed))[0]) + self._rounding

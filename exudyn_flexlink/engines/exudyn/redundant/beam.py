@@ -1,25 +1,25 @@
-"""Flexible bodies as beams: which of them can be, their numbers, shapes and items of Exudyn.
+"""Flexible bodies as beams: their conditions, constants, shapes and items of Exudyn.
 
-The link of an ideal sleeve is clamped where it starts: that point lies on the guide's axis and the
-centre line leaves along it. Its start may run in a slot, its ends may strike. Everything else that
-a scene can ask of a flexible body is refused by name.
+The link of an ideal sleeve is clamped at its start: the point lies on the guide's axis, and the
+centre line is tangential to the axis. The start may run in a slot, and the ends may strike.
+Anything else that a scene asks of a flexible body is refused by name.
 
 The items are nodes with a slope, and cubic elements between them. Exudyn has geometrically exact
-elements as well (``ObjectBeamGeometricallyExact2D``). They are linear between their nodes, so that
-errors fall with the square of their number, those of the cubic ones with the fourth power. On a
-cantilever of the paper's link, its end pushed by 4.7 mm in 10 ms and left to ring for 40 ms, four
-cubic elements were off by 3.4e-6 m at 43 us per step, sixteen exact ones by 3.7e-5 m at 77 us.
-Nor can they do without reference coordinates, which the native slot constraints must not have.
+elements as well (``ObjectBeamGeometricallyExact2D``). They are linear between their nodes, so their
+errors fall with the square of their number; those of cubic elements fall with the fourth power. The
+end of a cantilever of the paper's link was pushed by 4.7 mm in 10 ms and then vibrated for 40 ms.
+Four cubic elements had an error of 3.4e-6 m at 43 us per step, sixteen exact ones 3.7e-5 m at 77
+us. Exact elements also need reference coordinates, which the native slot constraints do not allow.
 
 The elements are those of Exudyn's ``ObjectANCFCable2D`` (absolute nodal coordinates): between two
 nodes the centre line is the cubic through their positions and slopes, ``strain = |r'| - 1``,
-``curvature = (r' x r'')/|r'|^2`` with respect to the unbent arc length. Energies here are summed
-at the points at which the element itself sums its forces, so that both balance: three of Lobatto
-for the strain, two of Gauss for the curvature. With the five and three points that would be exact
-an element can't bend without stretching: the end of a cantilever of the paper's link, pushed by
-5 mm, was then 14 to 30 times farther off with one to four elements, at the same cost.
+``curvature = (r' x r'')/|r'|^2`` with respect to the unbent arc length. Energies are summed at the
+points at which the element sums its forces, so that both balance: three Lobatto points for the
+strain, two Gauss points for the curvature. Five and three points would be exact, but then an
+element can't bend without stretching: with one to four elements, the end of a cantilever of the
+paper's link, pushed by 5 mm, had 14 to 30 times the error at the same cost.
 
-The controls of a beam are position and slope of its nodes in turn, (2 nodes, 2): x and y of each.
+The controls of a beam are the positions and slopes of its nodes in turn, (2 nodes, 2): x and y.
 """
 
 from __future__ import annotations
@@ -46,10 +46,9 @@ GAUSS = (0.5 + np.array([-0.5, 0.5]) / 3**0.5, np.array([0.5, 0.5]))
 
 @dataclass(frozen=True)
 class Elastic:
-    """Per length: mass (kg/m), stiffnesses EA (N) and EI (N m^2); `lag` (s) is the damping's.
+    """Mass per length (kg/m), stiffnesses EA (N) and EI (N m^2), and the `lag` (s) of damping.
 
-    Strain and curvature meet the resistances ``lag EA`` and ``lag EI`` as they change (Kelvin and
-    Voigt).
+    Rates of strain and curvature are damped by ``lag EA`` and ``lag EI`` (Kelvin and Voigt).
     """
 
     mass: float
@@ -59,7 +58,7 @@ class Elastic:
 
 
 class CubicBeam:
-    """A beam of a length (m) in equal elements."""
+    """A beam of a given length (m) with equal elements."""
 
     def __init__(self, length: float, elements: int, elastic: Elastic) -> None:
         self.length, self.elements, self.elastic = length, elements, elastic
@@ -73,18 +72,18 @@ class CubicBeam:
         self.mass = self._mass_matrix()
 
     def rows(self, places: FloatArray, derivative: int = 0) -> FloatArray:
-        """Matrix (places, controls) that gives points, or slopes, at arc lengths (m)."""
+        """Matrix (places, controls) from controls to points, or slopes, at arc lengths (m)."""
         element = np.clip((places / self.element).astype(int), 0, self.elements - 1)
         return self._rows_of((element, places / self.element - element), derivative)
 
     def weight_rows(self) -> FloatArray:
-        """Integral of the point over the length for each control, m; (controls,)."""
+        """Integrals over the length (controls,), m, from controls to the integral of points."""
         points, weights = np.polynomial.legendre.leggauss(2)
-        at, spread = self._points((points + 1) / 2, weights / 2)
-        return spread @ self._rows_of(at, 0)
+        shapes, spread = self._points((points + 1) / 2, weights / 2)
+        return spread @ self._rows_of(shapes, 0)
 
     def kinetic(self, rates: FloatArray) -> FloatArray:
-        """Kinetic energy (instants,) in J of rates (instants, controls, 2)."""
+        """Kinetic energy (instants,), J, of rates (instants, controls, 2)."""
         return np.asarray(0.5 * np.einsum("nia,ij,nja->n", rates, self.mass, rates))
 
     def stored(self, controls: FloatArray) -> FloatArray:
@@ -96,7 +95,7 @@ class CubicBeam:
         )
 
     def damping_power(self, controls: FloatArray, rates: FloatArray) -> FloatArray:
-        """Power lost as strain and curvature change (instants,) in W, never negative."""
+        """Power (instants,), W, that damping of strain and curvature dissipates; never negative."""
         if self.elastic.lag == 0:
             return np.zeros(len(controls))
         strain, curvature = self._strain_rate(controls, rates), self._bend_rate(controls, rates)
@@ -129,7 +128,7 @@ class CubicBeam:
     def _points(
         self, part: FloatArray, weights: FloatArray
     ) -> tuple[tuple[IndexArray, FloatArray], FloatArray]:
-        """Element and part of it of every point of a rule, and the points' weights in m."""
+        """Element, place within it, and weight (m) of every point of a quadrature rule."""
         element = np.repeat(np.arange(self.elements), len(part))
         return (element, np.tile(part, self.elements)), self.element * np.tile(
             weights, self.elements
@@ -145,8 +144,8 @@ class CubicBeam:
     def _mass_matrix(self) -> FloatArray:
         """Consistent mass matrix (controls, controls) in kg, kg m, kg m^2; the same for x and y."""
         points, weights = np.polynomial.legendre.leggauss(4)
-        at, spread = self._points((points + 1) / 2, weights / 2)
-        rows = self._rows_of(at, 0)
+        shapes, spread = self._points((points + 1) / 2, weights / 2)
+        rows = self._rows_of(shapes, 0)
         return np.asarray(self.elastic.mass * (rows.T * spread) @ rows)
 
 
@@ -156,24 +155,24 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _hermite(x: FloatArray, length: float, derivative: int) -> FloatArray:
-    """Cubics (4, points) of position and slope at both ends of an element, at its parts x."""
+    """Cubics (4, points) of position and slope at both ends of an element, at its places x."""
     slopes = polynomial.polyder(CUBICS, derivative) / length**derivative
     sizes = np.array([[1.0], [length], [1.0], [length]])
     return np.asarray(sizes * polynomial.polyval(x, slopes))
 
 
 Refusal = tuple[tuple[str, ...], str]
-"""Where in the scene something is that a beam can't be, and why."""
+"""Path of an item of the scene that a beam does not allow, and the reason."""
 
-ELEMENTS = 2  # where the scene does not say
+ELEMENTS = 2  # by default
 
 
 @dataclass(frozen=True)
 class BeamLink:
-    """A flexible body as a beam, in place of the parts `rods`, of the lengths (m) given.
+    """A flexible body as a beam that replaces the parts `rods`, of given `lengths` (m).
 
-    The rods remain what a Result shows: chords between points of the beam. `guide` is the part on
-    whose axis the beam starts.
+    A Result still has the rods, as chords between points of the beam. The beam starts on the axis
+    of the part `guide`.
     """
 
     body: str
@@ -184,12 +183,12 @@ class BeamLink:
 
     @property
     def start(self) -> Anchor:
-        """Where the beam starts, as an anchor of its first rod."""
+        """Start of the beam, as an anchor of its first rod."""
         return Anchor(self.rods[0], 0.0, 0.0)
 
     @property
     def end(self) -> Anchor:
-        """Where the beam ends, as an anchor of its last rod."""
+        """End of the beam, as an anchor of its last rod."""
         return Anchor(self.rods[-1], self.lengths[-1], 0.0)
 
 
@@ -208,7 +207,7 @@ def beams_of(scene: Scene, mechanism: Mechanism) -> tuple[BeamLink, ...]:
 
 
 def without_rods(mechanism: Mechanism, beams: tuple[BeamLink, ...]) -> Mechanism:
-    """Return the mechanism whose beams' rods have no mass and no hinges: the beams have both."""
+    """Return the mechanism with beams' rods without mass and hinges."""
     inside = {part for beam in beams for part in beam.rods}
     parts = tuple(
         replace(part, mass=0.0, inertia=0.0) if i in inside else part
@@ -223,12 +222,12 @@ def without_rods(mechanism: Mechanism, beams: tuple[BeamLink, ...]) -> Mechanism
 
 def straight(beam: BeamLink, state: State) -> tuple[FloatArray, FloatArray]:
     """Positions and slopes of the nodes at time 0, unbent, and their rates: (controls, 2) each."""
-    at, moved = state.q[beam.rods[0]], state.v[beam.rods[0]]
-    along = np.array([np.cos(at[2]), np.sin(at[2])])
+    pose, moved = state.q[beam.rods[0]], state.v[beam.rods[0]]
+    along = np.array([np.cos(pose[2]), np.sin(pose[2])])
     turned = moved[2] * np.array([-along[1], along[0]])
     places = np.linspace(0, beam.shape.length, beam.shape.elements + 1)[:, None]
     controls = np.zeros((2, beam.shape.count, 2))
-    controls[0, ::2], controls[0, 1::2] = at[:2] + places * along, along
+    controls[0, ::2], controls[0, 1::2] = pose[:2] + places * along, along
     controls[1, ::2], controls[1, 1::2] = moved[:2] + places * turned, turned
     return controls[0], controls[1]
 
@@ -240,10 +239,10 @@ def add_beam(mbs: Any, beam: BeamLink, state: State) -> tuple[list[int], list[in
     nodes = [
         mbs.AddNode(
             items.NodePoint2DSlope1(
-                referenceCoordinates=[0.0] * 4, initialCoordinates=at, initialVelocities=moved
+                referenceCoordinates=[0.0] * 4, initialCoordinates=place, initialVelocities=moved
             )
         )
-        for at, moved in zip(*states, strict=True)
+        for place, moved in zip(*states, strict=True)
     ]
     elements = [
         mbs.AddObject(
@@ -255,7 +254,7 @@ def add_beam(mbs: Any, beam: BeamLink, state: State) -> tuple[list[int], list[in
                 bendingStiffness=elastic.bending,
                 axialDamping=elastic.lag * elastic.axial,
                 bendingDamping=elastic.lag * elastic.bending,
-                # Strain at three points of Lobatto, curvature at two of Gauss: see `beam`.
+                # Strain at three Lobatto points, curvature at two Gauss points: see `beam`.
                 useReducedOrderIntegration=2,
             )
         )
@@ -284,8 +283,8 @@ def _beam(scene: Scene, mechanism: Mechanism, name: str, body: FlexibleBody) -> 
         raise NotRepresentableError(("joints", slides[0].name, "guide"), "must be rigid")
     beam = beam_of(scene, body)
     axial = scene.materials[body.material].youngs_modulus * body.section.area
-    # A hinge with damping d takes d times the change of angle, which its cell of length l spreads:
-    # the resistance of a beam to changing curvature is d l.
+    # The torque of a hinge with damping d is d times the rate of its angle. The angle is spread
+    # over a cell of length l, so the damping of a beam's curvature is d l.
     lag = body.hinges.damping * (body.length / body.rods) / beam.bending_stiffness
     elastic = Elastic(beam.mass_per_length, axial, beam.bending_stiffness, lag)
     shape = CubicBeam(beam.length, scene.solver.elements or ELEMENTS, elastic)
@@ -343,7 +342,7 @@ def _lacking_contacts(
 def _lacking_points(
     mechanism: Mechanism, rods: tuple[int, ...], ends: tuple[Anchor, Anchor]
 ) -> Iterator[Refusal]:
-    """What takes hold of a beam elsewhere than at its ends, or needs axes of it."""
+    """Refuse springs, forces and senses within a beam, and forces in its axes."""
 
     def within(*anchors: Anchor) -> bool:
         return any(anchor.part in rods and anchor not in ends for anchor in anchors)

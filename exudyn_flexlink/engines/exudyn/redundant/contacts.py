@@ -1,19 +1,18 @@
-"""Contacts of a run as items of Exudyn: when each acts, its touches, and the steps it asks for.
+"""Contacts of a run as items of Exudyn: when each acts, its touches, and the steps it needs.
 
-A contact of the scene remembers on which side the point came: one that passed beside the face and
-is behind it is not in contact until it is back on the free side. The pairs of a sleeve are walled:
-whatever is behind the face, within its length, is pressed back. Only the near ones of them are
-examined after a step.
+A contact of the scene remembers the side of its point. A point that passed beside the face and is
+behind it does not touch until it is back on the free side. The pairs of a sleeve are walls: a point
+behind the face, within its length, is pressed back. After a step only pairs that are near are
+evaluated one by one.
 
 The items are native, with symbolic laws, and inactive while a contact is out of reach. The gap is
-the translation of a point relative to a body along an axis of that body, for which
-Exudyn has a marker; a coordinate spring with a symbolic law presses on it. The marker's force acts
-on the body at a fixed place, whereas the point of contact travels: before every step that place is
-set to the expected one at the step's end. The error of the moment is then of third order in the
-step.
+the translation of a point relative to a body along an axis of the body. Exudyn has a marker for it,
+and a coordinate spring with a symbolic law acts on the marker. Its force acts at a fixed place of
+the body, but the point of contact moves. So before every step this place is set to the one expected
+at the step's end. The error of the moment is then of third order in the step.
 
-Friction is a second such spring, along the face. It must be told the normal force, which follows in
-the same way from the gap expected at the step's end.
+Friction is a second such spring, along the face. Its normal force follows likewise from the gap
+expected at the step's end.
 """
 
 from __future__ import annotations
@@ -54,17 +53,17 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING, ROUNDING
 
-# Of a contact's step, the shortest one beside it: generalised-alpha carries accelerations from step
-# to step, and what a far shorter step leaves in them disturbs the next.
+# Shortest step next to a contact's step, as a part of it: generalised-alpha carries accelerations
+# from step to step, and the errors of a much shorter step would disturb the next.
 SHORTEST = 0.1
-OVERSHOOT = 0.005  # of a contact's step: the step that ends so far behind a face sees the contact
-BESIDE = 0.05  # of the face's length beyond its ends, where a point may still come over it
-AHEAD = 4  # steps before a contact can begin, from which on its items act
-RESTART = 0.02  # of a contact's step, after a force that jumped: accelerations settle in it
-# Steps ahead for which pairs of link and guide are looked at one by one: a look tells the gap's
-# acceleration by the look before, and what it asks of a step should be asked in time.
+OVERSHOOT = 0.005  # of a contact's step: a step ends this far behind a face, to detect the contact
+BESIDE = 0.05  # of the face's length: a point within this beyond an end may come over the face
+AHEAD = 4  # its items act from this number of steps before a contact can begin
+RESTART = 0.02  # of a contact's step: first step after a jump of force, for accelerations to settle
+# Pairs of link and guide that may touch within this number of steps are evaluated one by one. The
+# gap's acceleration needs two evaluations, and steps must be shortened in time.
 LOOK_AHEAD = AHEAD + 2
-# Of a pair's own step, likewise: where a gap closes within so much, a step ends before that.
+# Likewise, times the pair's contact step: a step ends before a gap that closes within this time.
 MARGIN = 1.5
 
 
@@ -76,7 +75,7 @@ class ItemTouch:
     """Gap and place (m), rate of the gap and slip (m/s), as in `mechanism.Seen`.
 
     `path` (m) and its rate are those of `mechanism.ContactShapes`. `gap_bend` and `slip_bend`
-    (m/s^2) are rates of the rates, from the step before; 0 unknown.
+    (m/s^2) are accelerations from the step before, or 0 if unknown.
     """
 
     gap: float
@@ -104,10 +103,10 @@ class ContactItem:
         resolution: Resolution,
         channel: Channel | None = None,
     ) -> None:
-        """`channel` is that whose link and guide it is a pair of."""
+        """`channel` is the one whose link and guide are the pair, if any."""
         self.index = index
         self.contact = contact
-        # Circles are walls all around: nothing comes beside or behind them.
+        # Circles are walls all around: no point comes beside or behind them.
         self.walled = isinstance(contact, CircleContact) or channel is not None
         self.resolution, self.contact_step = resolution, resolution.step
         self._shortest = SHORTEST * resolution.step
@@ -118,13 +117,13 @@ class ContactItem:
             self.items = PressingFace(system, contact)
         self.channel = channel
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
-        self.touch: ItemTouch | None = None  # at the last look
+        self.touch: ItemTouch | None = None  # at the last evaluation
         state = system.assembly.state
         gap = float(approach(contact, state.q, state.v).gap)
         behind = not self.walled and gap < -PLACE_ROUNDING
         behind = behind and not pressed_among([contact], state.q)
         self.side = Side.BEHIND if behind else Side.APART
-        self.changed: Changed | None = None  # what happened to it as the last step ended
+        self.changed: Changed | None = None  # its event at the end of the last step
 
     @property
     def broken(self) -> bool:
@@ -134,7 +133,7 @@ class ContactItem:
         return -self.touch.gap > deepest_allowed(self.channel)
 
     def after_step(self, touch: ItemTouch, now: StepEnd, step: float) -> float:
-        """Tell what began or ended with the last step; return the next step (s)."""
+        """Change the state by events of the last step; return the next step (s)."""
         before = self.touch
         self.items.see(touch, now)
         self.changed = self._change(touch, now, before)
@@ -156,19 +155,19 @@ class ContactItem:
         return self._while_apart(touch, step)
 
     def rest(self) -> None:
-        """Cost nothing until the next look: it can't touch before that."""
+        """Switch the items off until the next evaluation: the contact can't touch before it."""
         self.items.wake(False)
         self.touch = self.changed = None
 
     def aim(self, step: float) -> None:
-        """Prepare the force for the next step, which is known now."""
+        """Prepare the force for the next step (s)."""
         if self.items.awake and self.touch is not None:
             self.items.aim(self.touch, step)
 
-    # --- what happened -------------------------------------------------------------------------
+    # --- events --------------------------------------------------------------------------------
 
     def _change(self, touch: ItemTouch, now: StepEnd, before: ItemTouch | None) -> Changed | None:
-        """Tell what happened as a step ended at `touch`."""
+        """Event at the end of a step, with the state `touch`; None if the state stays."""
         on_face = self._on_face(touch.place + REACHED * now.step * touch.slip)
         beyond, leaps, rate = touch.gap < 0 or self._two_sided, False, touch.gap_rate
         press = 0.0
@@ -184,7 +183,8 @@ class ContactItem:
             assert not isinstance(law, Impulse)  # refused: it has no force
             press = float(law.force(-touch.gap, -rate, -rate))
             if before is not None:
-                # The step that found the contact ended in it, already slowed down a little.
+                # The step that detected the contact ends in it, with a speed already reduced a
+                # little.
                 rate = min(rate, before.gap_rate)
         elif not self.walled and beyond == (self.side is Side.APART):
             what = Change.PASSES
@@ -197,8 +197,8 @@ class ContactItem:
 
     def _while_pressed(self, touch: ItemTouch, step: float) -> float:
         self.items.wake(True)
-        if not self._two_sided:  # what is held on both sides strikes nothing
-            # Where the point leaves the face a step ends: one across it changes the energy.
+        if not self._two_sided:  # a point held on both sides does not strike
+            # A step ends at the instant at which the point leaves the face, to keep the energy.
             until = first_zero(-touch.gap, -touch.gap_rate, -touch.gap_bend)
             step = end_on(min(step, self.contact_step), max(until, self._shortest))
         until = inf
@@ -214,16 +214,16 @@ class ContactItem:
         gap = max(touch.gap, LEAST_LENGTH)  # open, so that an event ahead is found
         until = self.items.meeting(touch, gap)
         until = min(until, first_zero(gap, touch.gap_rate, touch.gap_bend))
-        at = touch.place + touch.slip * until if until < inf else inf
-        if not self._can_meet(touch, at):
+        place = touch.place + touch.slip * until if until < inf else inf
+        if not self._can_meet(touch, place):
             self.items.wake(False)
             return step
         self.items.begin(-touch.gap_rate)
-        # Items that act press everywhere behind the face's line, also beyond the face's ends.
-        self.items.wake(until < AHEAD * step and self._on_face(at))
-        # The integrator spreads the force at a step's end over the whole step: the step that
-        # reaches into the face must be one of the contact's, not one of free flight. `end_on`
-        # leaves no step shorter than a part of the one before, so steps shrink one after the other.
+        # Active items press everywhere behind the face's line, also beyond the ends of the face.
+        self.items.wake(until < AHEAD * step and self._on_face(place))
+        # The integrator applies the force at a step's end to the whole step. So the step that
+        # enters the face must be as short as the contact's steps. `end_on` limits the ratio of
+        # successive steps, so steps shrink gradually before the contact.
         margin = max(self.contact_step, 2 * REACHED * step)
         while until <= 1.5 * margin and margin > self.contact_step:
             step /= 4
@@ -232,25 +232,25 @@ class ContactItem:
             return end_on(step, until - margin)
         return min(step, max(until + OVERSHOOT * self.contact_step, self._shortest))
 
-    def _on_face(self, at: float) -> bool:
+    def _on_face(self, place: float) -> bool:
         """Tell whether a place is on the face; circles, of infinite length, have no ends."""
         length = self.items.length
-        return -ROUNDING * length <= at <= (1 + ROUNDING) * length
+        return -ROUNDING * length <= place <= (1 + ROUNDING) * length
 
-    def _can_meet(self, touch: ItemTouch, at: float) -> bool:
-        """Tell whether the point may be over the face, `at` a place, as the gap closes."""
+    def _can_meet(self, touch: ItemTouch, place: float) -> bool:
+        """Tell whether the point may be over the face when the gap closes, at a `place` (m)."""
         margin = BESIDE * self.items.length
-        low, high = min(at, touch.place) - margin, max(at, touch.place) + margin
-        return at < inf and high >= 0 and low <= self.items.length
+        low, high = min(place, touch.place) - margin, max(place, touch.place) + margin
+        return place < inf and high >= 0 and low <= self.items.length
 
     def _toward_free_side(self, touch: ItemTouch, step: float) -> float:
-        """Behind the face nothing acts; a step ends where the point is back on the free side."""
+        """Step of a point behind the face, without force: it ends on the free side."""
         if touch.gap_rate <= 0:
             return step
         return end_on(step, -touch.gap / touch.gap_rate + self._shortest)
 
     def _toward_face(self, touch: ItemTouch, step: float) -> float:
-        """Beside a wall nothing acts; a step ends where the point comes over it."""
+        """Step of a point beside a wall, without force: it ends where the point comes over it."""
         self.items.wake(False)
         if touch.place < 0 < touch.slip:
             return end_on(step, -touch.place / touch.slip)
@@ -260,7 +260,7 @@ class ContactItem:
 
 
 class Contacts:
-    """Contacts in the order of the run's numbers: the scene's, its bearings, pairs of channels."""
+    """Contacts in the run's order: those of the scene, of bearings, then pairs of channels."""
 
     def __init__(self, contacts: Sequence[ContactItem]) -> None:
         self.all = contacts
@@ -272,31 +272,33 @@ class Contacts:
         self._shapes = ContactShapes([contact.contact for contact in contacts])
         self._broad_phase = BroadPhase([pair.contact for pair in self._pairs])
         self._margin = MARGIN * max((pair.contact_step for pair in self._pairs), default=0.0)
-        self._near: list[int] = []  # numbers of the pairs that are looked at
+        self._near: list[int] = []  # numbers of the pairs that are evaluated one by one
         self._looked_at = self._always
 
     def after_step(self, now: StepEnd, step: float) -> float:
-        """Look at what began or ended with the last step; return the next step (s)."""
+        """Change states by events of the last step; return the next step (s)."""
         if not self.all:
             return step
-        at = poses_of(*(np.reshape(column, (-1, 3)) for column in (now.q_list, now.v_list)))
-        seen = self._shapes.seen(at)
+        poses = poses_of(*(np.reshape(column, (-1, 3)) for column in (now.q_list, now.v_list)))
+        seen = self._shapes.seen(poses)
         if self._pairs:
             self._choose(seen.of(slice(len(self._always), None)), now, step)
-        columns = zip(*(column.tolist() for column in (*seen, *self._shapes.path(at))), strict=True)
+        columns = zip(
+            *(column.tolist() for column in (*seen, *self._shapes.path(poses))), strict=True
+        )
         touches = [ItemTouch(*touch) for touch in columns]
         for contact in self._looked_at:
             step = contact.after_step(touches[contact.index], now, step)
         return step
 
     def aim(self, step: float) -> None:
-        """Prepare the forces for the next step (s), which is known now."""
+        """Prepare the forces for the next step (s)."""
         for contact in self._looked_at:
             contact.aim(step)
 
     @property
     def changes(self) -> list[Changed]:
-        """What happened as the last step ended."""
+        """Events at the end of the last step."""
         return [contact.changed for contact in self._looked_at if contact.changed is not None]
 
     @property
@@ -311,7 +313,7 @@ class Contacts:
         return RESTART * min((self.all[k].contact_step for k in leaping), default=inf)
 
     def _choose(self, seen: Seen, now: StepEnd, step: float) -> None:
-        """Look at pairs that may touch soon, and at those that act; let the others rest."""
+        """Evaluate pairs that may touch soon, and active ones; switch the others off."""
         near = set(
             self._broad_phase.near(seen, now.step, LOOK_AHEAD * step + self._margin).tolist()
         )
@@ -324,25 +326,23 @@ class Contacts:
 
 
 class BroadPhase:
-    """Which pairs of link and guide may touch soon: one look at all of them, after every step.
+    """Finds the pairs of link and guide that may touch soon, by one evaluation of all after a step.
 
-    Nearly all are far from touching at any time; only the others are looked at one by one.
+    Nearly all pairs are far from touching; only the others are evaluated one by one.
     """
 
     def __init__(self, pairs: Sequence[Contact]) -> None:
         lengths = np.array([pair.length for pair in pairs])
         self._low, self._high = -BESIDE * lengths, (1 + BESIDE) * lengths
         self._held = np.array([getattr(pair, "side", 1.0) == 0 for pair in pairs], dtype=bool)
-        self._gap_rate: FloatArray | None = None  # at the last look
+        self._gap_rate: FloatArray | None = None  # at the last evaluation
 
     def near(self, seen: Seen, made: float, ahead: float) -> IndexArray:
-        """Numbers of the pairs that may touch within a time (s) ahead, or touch now.
+        """Numbers of the pairs that may touch within the time `ahead` (s), or touch now.
 
-        They are `seen` after a step that was `made` (s).
-
-        Gaps go on with their rate and with its change in the last step, where that closes them;
-        places with the slip. A pair that is held on its line from both sides touches wherever its
-        point is over the face.
+        They are `seen` after a step of the length `made` (s). Gaps are extrapolated by their rate
+        and, if it closes them, by its change in the last step; places by the slip. A pair held on
+        its line from both sides touches wherever its point is over the face.
         """
         gap = np.where(self._held, 0.0, seen.gap)
         gap_rate = np.where(self._held, 0.0, seen.gap_rate)
@@ -366,7 +366,7 @@ COORDINATE_SPRING, SPRING = "ObjectConnectorCoordinateSpringDamper", "ObjectConn
 
 
 class Aim(NamedTuple):
-    """Where friction acts on the second part and on the first, along what, and by which grip."""
+    """Places of friction on the second and the first part, its direction, and its grip."""
 
     struck: Vector
     striking: Vector
@@ -375,19 +375,19 @@ class Aim(NamedTuple):
 
 
 class Pressing(ABC):
-    """Connector of one contact's normal force, and of its friction if there is any.
+    """Connector of a contact's normal force, and of its friction, if any.
 
-    Whoever inherits tells where the contact is and where it will be, by its shape.
+    Subclasses compute the place of the contact, now and at a step's end, from its shape.
     """
 
-    length: float  # m, of the face; circles have no ends
-    numbers: list[int]  # of its connectors
+    length: float  # m: of the face; circles have no ends
+    numbers: list[int]  # those of the connectors
 
     def __init__(self, system: System, contact: Contact, normal: int) -> None:
         assert not isinstance(contact.law, Impulse)  # `run` refuses it
         self._mbs, self._law = system.mbs, contact.law
         self.numbers = [normal]
-        self._approach = 0.0  # m/s: with which the touch began, or would begin now
+        self._approach = 0.0  # m/s: speed at which the touch began, or would begin now
         self._friction = contact.friction
         if contact.friction is not None:
             law = _law(system, contact.friction, 0.0, COORDINATE_SPRING)
@@ -398,15 +398,15 @@ class Pressing(ABC):
 
     @abstractmethod
     def see(self, touch: ItemTouch, now: StepEnd) -> None:
-        """Take up where the contact is as a step has ended."""
+        """Take the place of the contact at the end of a step."""
 
     @abstractmethod
     def meeting(self, touch: ItemTouch, gap: float) -> float:
-        """Time (s) until the gap (m) closes as it does now; inf if it does not."""
+        """Time (s) until the gap (m) closes at its present rate; inf if it does not close."""
 
     @abstractmethod
     def _aim(self, touch: ItemTouch, step: float) -> Aim:
-        """Where they touch at the end of a step (s) that begins at `touch`."""
+        """Place of contact at the end of a step (s) that begins at `touch`."""
 
     def begin(self, approach: float) -> None:
         """Begin a touch, or expect one, with this approach speed (m/s)."""
@@ -417,7 +417,7 @@ class Pressing(ABC):
             self._mbs.SetObjectParameter(self.numbers[0], "damping", damping)
 
     def wake(self, awake: bool) -> None:
-        """Let the contact act in the next step, or cost nothing."""
+        """Let the contact act in the next step, or switch it off."""
         if awake == self.awake:
             return
         self.awake = awake
@@ -461,28 +461,28 @@ class PressingFace(Pressing):
         super().aim(touch, step)
 
     def see(self, touch: ItemTouch, now: StepEnd) -> None:  # noqa: ARG002
-        """Where the point is held on the line, tell on which side the gap is."""
+        """Set the side of the gap; a point held on the line may be on either."""
         self._side = self._free or (-1.0 if touch.path.imag > 0 else 1.0)
 
     def _ahead(self, touch: ItemTouch, step: float) -> Vector:
-        """Where they touch at the end of a step (s), on the face, in the axes of its part."""
+        """Place of contact on the face at the end of a step (s), in the axes of its part."""
         place = touch.place + step * (touch.slip + 0.5 * step * touch.slip_bend)
         (bx, by), (ex, ey) = self._start, self._along
         return bx + place * ex, by + place * ey
 
     def meeting(self, touch: ItemTouch, gap: float) -> float:
-        """Time (s) until the gap closes as it does now; inf if it does not."""
+        """Time (s) until the gap closes at its present rate; inf if it does not close."""
         return -gap / touch.gap_rate if touch.gap_rate < 0 else inf
 
     def _aim(self, touch: ItemTouch, step: float) -> Aim:
-        """Where they touch at the end of a step (s) that begins at `touch`."""
+        """Place of contact at the end of a step (s) that begins at `touch`."""
         (x, y), (ex, ey) = self._ahead(touch, step), self._along
         lateral = self._side * touch.gap_after(step)
         return Aim((x - lateral * ey, y + lateral * ex), self._point, (ex, ey))
 
 
 class PressingCircles(Pressing):
-    """The force of two circles: that of a spring between their centres."""
+    """The force of two circles, as a spring between their centres."""
 
     length = inf
 
@@ -501,7 +501,7 @@ class PressingCircles(Pressing):
         super().__init__(system, contact, int(item))
 
     def see(self, touch: ItemTouch, now: StepEnd) -> None:
-        """Take up how the centres move past each other, and directions in both parts' axes."""
+        """Take the relative motion of the centres, and its direction in both parts' axes."""
         outward = touch.path or touch.path_rate or 1.0
         outward /= abs(outward)
         self._past, far = (outward.conjugate() * touch.path_rate).imag, abs(touch.path)
@@ -514,7 +514,7 @@ class PressingCircles(Pressing):
         )
 
     def meeting(self, touch: ItemTouch, gap: float) -> float:
-        """Time (s) until they touch if their centres go straight on; inf if they don't."""
+        """Time (s) until the circles touch if their centres move straight on; inf if they don't."""
         distance = self._contact.distance
         far = distance + self._way * gap
         rate = far * self._way * touch.gap_rate
@@ -526,7 +526,7 @@ class PressingCircles(Pressing):
         return (-rate - sqrt(under) if left > 0 else -rate + sqrt(under)) / square
 
     def _aim(self, touch: ItemTouch, step: float) -> Aim:
-        """Where they touch at the end of a step (s) that begins at `touch`."""
+        """Place of contact at the end of a step (s) that begins at `touch`."""
         ahead = self._in_second[0] + step * self._in_second[1]
         behind = self._in_first[0] + step * self._in_first[1]
         gap = touch.gap_after(step)
@@ -550,7 +550,7 @@ class PressingCircles(Pressing):
 
 
 def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) -> Any:
-    """Return a symbolic function for items of a kind, one for all contacts of the same law."""
+    """Return a symbolic function for items of a kind; contacts of the same law share it."""
     assert isinstance(law, RestitutionPenalty | PowerPenalty | Friction)  # `run` refuses others
     key = law, free, kind
     if key not in system.laws:
@@ -567,7 +567,7 @@ def _law(system: System, law: PressingLaw | Friction, free: float, kind: str) ->
 
 
 def add_joint_friction(system: System, friction: JointFriction) -> None:
-    """Brake a joint: by a torque, or along a slide by a force, that grows with slow speeds."""
+    """Brake a joint by a torque, or a slide by a force, that is proportional to small speeds."""
     joint = friction.joint
     law = _law(system, Friction(1.0, friction.slip_speed), 0.0, COORDINATE_SPRING)
     if isinstance(joint, Slide):
@@ -587,15 +587,15 @@ def add_joint_friction(system: System, friction: JointFriction) -> None:
 def _across(
     system: System, anchors: tuple[Anchor, Anchor], axis: tuple[float, float], law: Any
 ) -> tuple[int, int]:
-    """Add a spring on how far the second anchor is from the first, along an axis of the first.
+    """Add a spring on the distance of two anchors along an axis of the first part.
 
     Return its marker and its connector.
     """
-    (struck, at), (striking, place) = (system.place(anchor) for anchor in anchors)
+    (struck, origin), (striking, place) = (system.place(anchor) for anchor in anchors)
     marker = system.mbs.AddMarker(
         items.MarkerBodiesRelativeTranslationCoordinate(
             bodyNumbers=[struck, striking],
-            localPosition0=at,
+            localPosition0=origin,
             localPosition1=place,
             axis0=[*axis, 0.0],
         )
@@ -613,7 +613,7 @@ def _across(
 def _pressing(law: RestitutionPenalty, free: float) -> Law:
     """Restoring force over the place u and its rate v: minus that of `laws.RestitutionPenalty`.
 
-    `free` is the sign of u where nothing presses; 0: on either side the point is pulled back.
+    `free` is the sign of u on the free side; with 0 the point is pulled back from both sides.
     """
     elastic, lossy = law.elastic, law.lossy
     symbolic = Engine.symbolic
@@ -627,7 +627,7 @@ def _pressing(law: RestitutionPenalty, free: float) -> Law:
 
 
 def _pressing_by_power(law: PowerPenalty, free: float) -> Law:
-    """Likewise of `laws.PowerPenalty`; the damping is the factor over the approach speed, s/m."""
+    """As `_pressing`, for `laws.PowerPenalty`; damping is the factor over approach speed, s/m."""
     symbolic = Engine.symbolic
 
     def press(_mbs: Any, _t: Any, _i: Any, u: Any, v: Any, _k: Any, by: Any, _o: Any) -> Any:

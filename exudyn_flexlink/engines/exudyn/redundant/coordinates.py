@@ -1,11 +1,11 @@
-"""What the solver integrates, read as the mechanism's parts.
+"""The solver's coordinates, converted to those of the mechanism's parts.
 
-Exudyn's coordinates are those of its nodes, one after the other. Slots, contacts and records know
-parts: x, y and angle of each. Where every part is a rigid body both are the same.
+Exudyn's coordinates are those of its nodes in a row. Slots, contacts and records use parts, with x,
+y and angle of each. If all parts are rigid bodies, both are the same.
 
-Joints and contacts meet a beam at its two ends only. There they find two rods of it as parts of
-their own: the first lies at the beam's start, along its slope; the last ends at the beam's end,
-along the x-axis (its direction matters to nobody).
+Joints and contacts act on a beam at its two ends only. The two end rods of a beam stand for it: the
+first is at the beam's start, along its slope; the last ends at the beam's end and lies along the
+x-axis, since its direction is not used.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class OfBeams(NamedTuple):
 
 
 class Coordinates:
-    """Coordinates q and velocities v of the solver, (instants, coordinates): here the parts' own.
+    """Coordinates q and velocities v of the solver, (instants, coordinates): those of the parts.
 
-    `weights` (coordinates,) turn them into lengths: 1 for positions, a lever arm for angles.
+    `weights` (coordinates,) turn coordinates into lengths: 1 for positions, a lever arm for angles.
     """
 
     def __init__(self, assembly: Assembly) -> None:
@@ -65,11 +65,11 @@ class Coordinates:
         return accelerations(self.mechanism, _parts(q), _parts(v), places, time).ravel()
 
     def plain(self, q: list[float], v: list[float]) -> tuple[list[float], list[float]]:
-        """Parts' coordinates and velocities, one after the other, as `at_joints`; one instant."""
+        """Parts' coordinates and velocities in a row, as `at_joints`, for one instant."""
         return q, v
 
     def at_joints(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses and rates (instants, parts, 3), right where joints and contacts take hold."""
+        """Poses and rates (instants, parts, 3), exact at the points of joints and contacts."""
         return _parts(q), _parts(v)
 
     def shown(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -77,7 +77,7 @@ class Coordinates:
         return self.at_joints(q, v)
 
     def of_beams(self, q: FloatArray, v: FloatArray) -> OfBeams:  # noqa: ARG002
-        """What beams have beside what rigid parts and springs do: here there are none."""
+        """Energies of beams, besides those of rigid parts and springs: 0 without beams."""
         return OfBeams(*np.zeros((3, len(q))))
 
     def half_period(self, contact: Contact | Channel) -> float:
@@ -86,7 +86,7 @@ class Coordinates:
 
 
 @dataclass(frozen=True)
-class _Placed:
+class _BeamColumns:
     """A beam, its columns among all coordinates, and the matrix to the ends of its rods."""
 
     link: BeamLink
@@ -108,7 +108,7 @@ class BeamCoordinates(Coordinates):
     def __init__(self, assembly: Assembly, beams: tuple[BeamLink, ...]) -> None:
         super().__init__(assembly)
         self._gravity = np.asarray(self.mechanism.gravity)
-        self._beams: list[_Placed] = []
+        self._beams: list[_BeamColumns] = []
         self._rigid: list[tuple[int, int]] = []  # part, first coordinate
         self._lay_out(beams)
         _refuse_bent(assembly.state.q, assembly.state.v, beams)
@@ -123,7 +123,7 @@ class BeamCoordinates(Coordinates):
             if i in starts:
                 shape = starts[i].shape
                 places = np.cumsum([0.0, *starts[i].lengths])
-                self._beams.append(_Placed(starts[i], first, shape.rows(places)))
+                self._beams.append(_BeamColumns(starts[i], first, shape.rows(places)))
                 weights += [1.0, 1.0, shape.element, shape.element] * (shape.count // 2)
             elif i not in inside:
                 self._rigid.append((i, first))
@@ -134,7 +134,7 @@ class BeamCoordinates(Coordinates):
     # --- at time 0 -------------------------------------------------------------------------------
 
     def start(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Straight beams that move as their rods, and the accelerations that joints allow."""
+        """Straight beams that move as their rods, and accelerations that joints allow."""
         places = self.assembly.state.places
         return self._q, self._v, self.accelerations(self._q, self._v, places, 0.0)
 
@@ -153,7 +153,7 @@ class BeamCoordinates(Coordinates):
     def accelerations(
         self, q: FloatArray, v: FloatArray, places: FloatArray, time: float
     ) -> FloatArray:
-        """Accelerations without what bends beams: it is nothing at time 0, and never jumps."""
+        """Accelerations without elastic forces of beams: these are 0 at time 0 and never jump."""
         poses, rates = self._at_state(q, v)
         spread = self._spread(q)
         forces = spread.T @ applied_forces(self.mechanism, poses, rates, time)
@@ -168,9 +168,10 @@ class BeamCoordinates(Coordinates):
         return np.asarray(by_forces @ forces + by_joints @ right)
 
     def _moving(self, q: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Matrices from forces, and from what each joint demands, to accelerations.
+        """Matrices from forces, and from demands of joints, to accelerations.
 
-        These are the nearest to those without joints, by the mass; joints may be redundant.
+        These are the nearest to accelerations without joints, measured by the mass. Joints may be
+        redundant.
         """
         mass, joints = self._mass(q), self._joints(q, places)
         arms = np.linalg.solve(mass, joints.T)
@@ -209,7 +210,7 @@ class BeamCoordinates(Coordinates):
         return spread
 
     def half_period(self, contact: Contact | Channel) -> float:
-        """With the mass that a beam's end or start, and the struck body, oppose at time 0."""
+        """As for rigid parts, with the mass that a beam's end opposes at time 0."""
         assert not isinstance(contact.law, Impulse)  # refused
         poses, spread = self._at_state(self._q, self._v)[0], self._spread(self._q)
         moving, _ = self._moving(self._q, self.assembly.state.places)
@@ -222,7 +223,7 @@ class BeamCoordinates(Coordinates):
     # --- as parts --------------------------------------------------------------------------------
 
     def plain(self, q: list[float], v: list[float]) -> tuple[list[float], list[float]]:
-        """Parts' coordinates as `at_joints`, but for the angles of beams' rods: 0."""
+        """Parts' coordinates as `at_joints`, but with angles 0 of beams' rods."""
         count = 3 * len(self.mechanism.parts)
         poses, rates = [0.0] * count, [0.0] * count
         for part, first in self._rigid:
@@ -244,23 +245,25 @@ class BeamCoordinates(Coordinates):
         return poses[0], rates[0]
 
     def at_joints(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rods of a beam at its start, along its slope, and at its end; those between are at 0."""
+        """Poses and rates; end rods of a beam are at its ends, all others at 0."""
         poses, rates = self._rigid_parts(q, v)
         for beam in self._beams:
-            at, moved = beam.controls(q), beam.controls(v)
+            placed, moved = beam.controls(q), beam.controls(v)
             start, end = beam.link.rods[0], beam.link.rods[-1]
-            poses[:, start, :2], rates[:, start, :2] = at[:, 0], moved[:, 0]
-            poses[:, start, 2] = _angle(at[:, 1], poses[:, beam.link.guide, 2])
-            rates[:, start, 2] = cross(at[:, 1], moved[:, 1]) / np.sum(at[:, 1] ** 2, axis=-1)
-            poses[:, end, :2] = at[:, -2] - (beam.link.lengths[-1], 0.0)
+            poses[:, start, :2], rates[:, start, :2] = placed[:, 0], moved[:, 0]
+            poses[:, start, 2] = _angle(placed[:, 1], poses[:, beam.link.guide, 2])
+            rates[:, start, 2] = cross(placed[:, 1], moved[:, 1]) / np.sum(
+                placed[:, 1] ** 2, axis=-1
+            )
+            poses[:, end, :2] = placed[:, -2] - (beam.link.lengths[-1], 0.0)
             rates[:, end, :2] = moved[:, -2]
         return poses, rates
 
     def shown(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Each rod of a beam along a chord of it; start of the first, end of the last are exact.
+        """Poses and rates; each rod of a beam is a chord. The ends of the beam are exact.
 
-        A chord is shorter than the rod it shows, by less than the square of the angle by which the
-        rod would bend, over 24, of its length.
+        A chord is shorter than its rod: by less than a part phi^2/24 of the length, if the rod
+        bends by the angle phi.
         """
         poses, rates = self._rigid_parts(q, v)
         for beam in self._beams:
@@ -273,7 +276,7 @@ class BeamCoordinates(Coordinates):
                 near = _angle(chords[:, k], near)
                 poses[:, rod, :2], poses[:, rod, 2] = points[:, k], near
                 rates[:, rod, :2], rates[:, rod, 2] = moved[:, k], speeds[:, k]
-            # The last rod ends where the beam does: that is the point that strikes.
+            # The last rod ends at the beam's end, which is the point that strikes.
             last, length = beam.link.rods[-1], beam.link.lengths[-1]
             arm = length * np.stack([np.cos(near), np.sin(near)], axis=-1)
             poses[:, last, :2] = points[:, -1] - arm
@@ -291,7 +294,7 @@ class BeamCoordinates(Coordinates):
     # --- energies --------------------------------------------------------------------------------
 
     def of_beams(self, q: FloatArray, v: FloatArray) -> OfBeams:
-        """What beams have beside what rigid parts and springs do."""
+        """Energies of beams, besides those of rigid parts and springs."""
         beams = super().of_beams(q, v)
         for beam in self._beams:
             shape, controls, moved = beam.link.shape, beam.controls(q), beam.controls(v)
@@ -303,7 +306,7 @@ class BeamCoordinates(Coordinates):
 
 
 def _mobility(moving: FloatArray, rows: FloatArray) -> float:
-    """Largest acceleration (1/kg) by unit forces at a point, of rows (2, coordinates)."""
+    """Largest acceleration by a unit force at a point (1/kg), with rows (2, coordinates)."""
     return float(np.linalg.eigvalsh(rows @ moving @ rows.T).max())
 
 

@@ -1,4 +1,4 @@
-"""A scene as an Exudyn system for users to work on; nothing in the program uses it."""
+"""A scene as an Exudyn system for users to work on; the program itself does not use it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from exudyn_flexlink.engines.exudyn.redundant.slots import SlotItems
 from exudyn_flexlink.engines.exudyn.redundant.system import System
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.mechanism import Mechanism, end_of_run
-from exudyn_flexlink.mechanism.joints import NOTHING
+from exudyn_flexlink.mechanism.joints import NO_ITEM
 from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import Mistake
@@ -28,22 +28,24 @@ class ExudynSystem:
     """A scene as Exudyn's items, assembled: `SC`, `mbs`, and item numbers by the scene's names.
 
     SI units; coordinates of a rigid body's node are x, y and angle, without reference values.
-    `accelerations` (coordinates,) are those of the scene at time 0. Exudyn's own leave out what
-    depends on time alone; so give it these, with ``computeInitialAccelerations = False``::
+    `accelerations` (coordinates,) are those of the scene at time 0. Those computed by Exudyn lack
+    terms of time alone; so set these, with ``computeInitialAccelerations = False``::
 
         mbs.systemData.SetODE2Coordinates_tt(system.accelerations, exu.ConfigurationType.Initial)
 
-    `not_followed` says what of the scene is missing when Exudyn solves alone: the program does it
-    between steps. If you add items, call ``mbs.Assemble()`` again.
+    `not_followed` lists what is missing when Exudyn solves alone: the program does it between
+    steps. If you add items, call ``mbs.Assemble()`` again.
     """
 
     SC: Any
     mbs: Any
     title: str
-    bodies: Numbers  # objects: one of a rigid body, of a flexible one those of its rods or elements
+    bodies: (
+        Numbers  # objects: one for a rigid body; for a flexible body those of its rods or elements
+    )
     nodes: Numbers
-    joints: Numbers  # objects; a slot has one for each kind of piece, of which one is active
-    springs: Numbers  # objects; hinges have names as 'link hinge 1', here and in `joints`
+    joints: Numbers  # objects; a slot has one for each kind of piece, and one of them is active
+    springs: Numbers  # objects; hinges are named as 'link hinge 1', here and in `joints`
     motors: Numbers  # objects of drives that prescribe a motion
     contacts: Numbers  # objects: of contacts, and of joints with play
     loads: Numbers  # loads of drives by torque or force
@@ -76,9 +78,9 @@ def opened(scene: Scene) -> ExudynSystem:
     """Build and assemble a scene, in redundant coordinates, or with beams if it asks for them.
 
     Raises:
-        NotRepresentableError: Exudyn's own solver lacks something, or a slot's curve has laps; the
-            message names the line.
-        SceneError: the scene can't be put together.
+        NotRepresentableError: Exudyn's own solver lacks an item of the scene, or a slot's curve has
+            laps; the message names the line.
+        SceneError: the scene can't be assembled.
 
     """
     assembly = assemble_scene(scene)
@@ -130,9 +132,9 @@ def _points(system: System) -> dict[str, tuple[int, ...]]:
 
 
 def _numbers(items: Sequence[int], mechanism: Mechanism, body: str) -> tuple[int, ...]:
-    """Numbers of a body's items; those within a beam stand between its first and its last."""
+    """Numbers of a body's items; those within a beam are between its first and its last."""
     numbers = [int(items[part]) for part in mechanism.bodies[body]]
-    return tuple(range(numbers[0], numbers[-1] + 1)) if NOTHING in numbers else tuple(numbers)
+    return tuple(range(numbers[0], numbers[-1] + 1)) if NO_ITEM in numbers else tuple(numbers)
 
 
 def _joints(system: System, slots: Sequence[SlotItems]) -> dict[str, tuple[int, ...]]:
@@ -153,7 +155,7 @@ def _contacts(contacts: Contacts) -> dict[str, tuple[int, ...]]:
 def _not_followed(
     scene: Scene, mechanism: Mechanism, slots: Sequence[SlotItems], contacts: Contacts
 ) -> list[str]:
-    """What a run does between steps of the solver, which Exudyn alone does not; see `stepping`."""
+    """What the program does between steps of the solver, but Exudyn alone does not."""
     reasons = [f"slot '{slot.slot.name}': {why}" for slot in slots for why in _of_slot(slot)]
     if pressing := ", ".join(_contacts(contacts)):
         reasons.append(

@@ -1,7 +1,7 @@
 """The recorder of redundant coordinates: of many steps of Exudyn's solver at once.
 
-Each step is known by its two ends and is a cubic in between. Neighbours share none: what a drive
-does may leap from one step to the next, and so may the force of a contact.
+Each step is a cubic between its two ends. Neighbouring steps share no end, since the value of a
+drive or the force of a contact may leap between them.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.rounding import KNOT_TIME
 
-BESIDE = 2 * KNOT_TIME  # s: twice as near as steps end at the knots of a drive
+BESIDE = 2 * KNOT_TIME  # s: twice the time within which steps end on the knots of a drive
 
 
 class Changed(NamedTuple):
-    """What happens to a contact as a step ends; its force `leaps` there, or goes on from zero."""
+    """Event of a contact at the end of a step; its force `leaps`, or starts from zero."""
 
     contact: int
     what: Change
@@ -40,7 +40,7 @@ class Changed(NamedTuple):
     leaps: bool
 
 
-_Balanced = tuple[FloatArray, FloatArray]  # instants (m,), s, and multipliers (m, rows) there
+_Balanced = tuple[FloatArray, FloatArray]  # instants (m,), s, and their multipliers (m, rows)
 
 
 class SolverKept(NamedTuple):
@@ -63,9 +63,9 @@ class _States(NamedTuple):
 
 
 class StepRecorder(BlockRecorder):
-    """Takes the steps of a system.
+    """Records the steps of a system.
 
-    `motor_rows` are the multipliers that are torques, or forces, of speed motors.
+    `motor_rows` are the rows of multipliers that are torques or forces of speed motors.
     """
 
     ends_kept = 4  # steps are short
@@ -81,31 +81,30 @@ class StepRecorder(BlockRecorder):
         super().__init__(system.mechanism, grid, seeker, touches)
         self.coordinates = system.coordinates
         self.motor_rows = [system.multipliers(item)[0] for item in system.motors]
-        # Generalised-alpha balances forces not at the end of a step but at the weighted mean of
-        # both ends. Multipliers averaged so are free of the alternating error that the integrator
-        # leaves in them after every jump.
+        # Generalised-alpha balances forces at the weighted mean of both ends of a step, not at its
+        # end. Multipliers with this mean are free of the alternating error that follows a jump.
         self._alpha = spectral_radius / (1 + spectral_radius)
         self._balanced: tuple[float, FloatArray] | None = None  # the last of the block before
         # Instants, coordinates, velocities, multipliers and slots' places at the ends of steps.
         self._rows: list[tuple[float, FloatArray, FloatArray, FloatArray, list[float]]] = []
-        self._changes: list[tuple[int, Changed]] = []  # with the row where each happened
+        self._changes: list[tuple[int, Changed]] = []  # with the row of each
         self._events: list[float] = []  # instants (s) at which contacts of the scene changed
 
     def note(self, changed: Changed) -> None:
-        """Note what happened to a contact where the step ends that is taken next."""
+        """Note an event of a contact at the end of the step that is recorded next."""
         self._changes.append((len(self._rows), changed))
         if changed.contact < self._marked:
             time = changed.now.time
             self._events += [np.nextafter(time, 0.0), time] if changed.leaps else [time]
 
     def take(self, now: StepEnd, multipliers: FloatArray, places: list[float]) -> None:
-        """Take the end of a step, and where it leaves the slots' points; first the start."""
+        """Record the end of a step, with places in slots; the first call records the start."""
         self._rows.append((now.time, now.q, now.v, multipliers, places))
         if len(self._rows) > BLOCK:
-            self.work_off()
+            self.record_waiting()
 
-    def work_off(self) -> None:
-        """Work off the steps that wait; the end of the last is where the next ones start."""
+    def record_waiting(self) -> None:
+        """Record the steps that wait; the next ones start at the end of the last."""
         first, count = self._balanced is None, len(self._rows)
         if count == 0 or (count == 1 and not first):
             return
@@ -119,7 +118,7 @@ class StepRecorder(BlockRecorder):
         if count > 1:
             reached = self._take_steps(ends, balanced, pressing)
         if first:
-            reached.all[0] = 0.0  # what begins has taken nothing
+            reached.all[0] = 0.0  # totals begin at 0
         for row, changed in self._changes:
             impulse, lost = (
                 float(column[row, changed.contact]) for column in (reached.impulses, reached.losses)
@@ -132,12 +131,12 @@ class StepRecorder(BlockRecorder):
     def _take_steps(
         self, ends: _States, balanced: _Balanced, pressing: tuple[BoolArray, BoolArray, FloatArray]
     ) -> Totals:
-        """Take the steps between `ends`; return the totals there."""
+        """Record the steps between `ends`; return the totals at the ends."""
         count, (begun, ended, speeds) = len(ends.t) - 1, pressing
         samples = np.union1d(self._due(ends.t[-1]), self._events)
         self._pass(ends.t[-1])
         self._events.clear()
-        # What is known where a step begins comes after what leaps there.
+        # An instant at which a step begins belongs to this step, after any leap.
         of = np.clip(np.searchsorted(ends.t, samples, side="right") - 1, 0, count - 1)
         nodes = _States(*(np.concatenate([column[:-1], column[1:]]) for column in ends))
         pressed, of_touches = (
@@ -153,9 +152,9 @@ class StepRecorder(BlockRecorder):
         return self._book(steps, known, rates, known.pick(numbers[:, 1]), speeds[:-1])
 
     def _pressing(self, count: int) -> tuple[BoolArray, BoolArray, FloatArray]:
-        """Which contacts press (rows, c) as steps begin, and as they end there.
+        """Whether contacts press (rows, c) when steps begin, and when steps end, at these rows.
 
-        And the speeds (m/s) with which their last touches began.
+        Also the speeds (m/s) at which their last touches began.
         """
         begun = np.tile(self.touches.pressed, (count, 1))
         speeds = np.tile(self.touches.approach, (count, 1))
@@ -170,29 +169,31 @@ class StepRecorder(BlockRecorder):
         return begun, ended, speeds
 
     def _balance(self, t: FloatArray, raw: FloatArray) -> _Balanced:
-        """Average the multipliers over steps, and date them."""
+        """Mean multipliers of steps, with the instants at which they balance forces."""
         mean = (1 - self._alpha) * raw[1:] + self._alpha * raw[:-1]
         before = self._balanced
-        if before is None:  # the solver knows no reactions at time 0: those of the first step do
+        if (
+            before is None
+        ):  # the solver has no reactions at time 0: those of the first step are used
             mean[:1] = raw[1:2]
             before = t[0], raw[:2][-1]
-        at = np.append(before[0], t[1:] - self._alpha * np.diff(t))
+        times = np.append(before[0], t[1:] - self._alpha * np.diff(t))
         rows = np.vstack([before[1], mean])
-        self._balanced = at[-1], rows[-1]
-        return at, rows
+        self._balanced = times[-1], rows[-1]
+        return times, rows
 
-    # --- what is known ------------------------------------------------------------------------
+    # --- kept quantities ----------------------------------------------------------------------
 
     def _known(
-        self, at: _States, balanced: _Balanced, pressed: BoolArray, approach_speed: FloatArray
+        self, states: _States, balanced: _Balanced, pressed: BoolArray, approach_speed: FloatArray
     ) -> tuple[Kept, FloatArray]:
-        """What is known at instants, but for the totals, and powers taken by contacts (m, c), W.
+        """Kept quantities at instants, with totals still 0, and powers of contacts (m, c), W.
 
-        Contacts press as `pressed` tells, in touches that began so fast: both (m, c).
+        `pressed` (m, c) are contacts that press; touches began at `approach_speed` (m, c), m/s.
         """
         press, power = np.zeros(pressed.shape), np.zeros(pressed.shape)
-        elastic = np.zeros(len(at.t))
-        poses, rates = self.coordinates.at_joints(at.q, at.v)
+        elastic = np.zeros(len(states.t))
+        poses, rates = self.coordinates.at_joints(states.q, states.v)
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = self.contacts[k], pressed[:, k]
             seen = approach(contact, poses[rows], rates[rows])
@@ -203,12 +204,12 @@ class StepRecorder(BlockRecorder):
             press[rows, k], power[rows, k] = force, -force * seen.gap_rate
             if contact.friction is not None:
                 power[rows, k] -= contact.friction.force(force, seen.slip) * seen.slip
-        kept = SolverKept(at.q, at.v, _at(balanced, at.t), elastic)
-        totals = np.zeros((len(at.t), 2 + self.frictions))
-        return Kept(at.t, at.places, press, pressed, totals, kept), power
+        kept = SolverKept(states.q, states.v, _at(balanced, states.t), elastic)
+        totals = np.zeros((len(states.t), 2 + self.frictions))
+        return Kept(states.t, states.places, press, pressed, totals, kept), power
 
     def _rates(self, known: Kept, power: FloatArray, balanced: _Balanced) -> Totals:
-        """Rates (2 k, ...) of the totals where steps begin, then where they end."""
+        """Rates (2 k, ...) of the totals at the begins of steps, then at their ends."""
         nodes = len(known.t)
         q, v = self.coordinates.at_joints(known.of_engine.q, known.of_engine.v)
         rates = self._totals(nodes)
@@ -221,10 +222,12 @@ class StepRecorder(BlockRecorder):
         begin, end = known.t.reshape(2, -1)
         middle = _at(balanced, 0.5 * (begin + end))
         for motor, row in zip(self.mechanism.speed_motors, self.motor_rows, strict=True):
-            # In the middle of a step forces balance best, and its way is more exact than speeds.
+            # Forces balance best in the middle of a step; the step's path is more exact than
+            # speeds.
             way = np.diff(motor_place(motor, q).reshape(2, -1), axis=0)[0]
             rates.supplied[:] -= np.tile(middle[:, row] * way / (end - begin), 2)
-        # Where a drive leaps, one step ends with what was before, the next begins with what comes.
+        # At a leap of a drive, a step ends with the value before, and the next begins with that
+        # after.
         beside = np.repeat([BESIDE, -BESIDE], nodes // 2)
         rates.supplied[:] += self._load_power(np.clip(known.t + beside, 0, self.grid[-1]), q, v)
         return rates
@@ -239,31 +242,31 @@ class StepRecorder(BlockRecorder):
             power += pushed.sum(axis=1)
         return power
 
-    def motion(self, at: Kept) -> tuple[FloatArray, FloatArray]:
-        """Poses and rates (m, parts, 3) at instants that are kept."""
-        return self.coordinates.shown(at.of_engine.q, at.of_engine.v)
+    def motion(self, rows: Kept) -> tuple[FloatArray, FloatArray]:
+        """Poses and rates (m, parts, 3) at kept instants."""
+        return self.coordinates.shown(rows.of_engine.q, rows.of_engine.v)
 
-    def energies(self, at: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
+    def energies(self, rows: Kept, poses: FloatArray, rates: FloatArray) -> FloatArray:
         """Kinetic, stored, dissipated and supplied energy (instants, 4)."""
         beams, elastic = (
-            self.coordinates.of_beams(at.of_engine.q, at.of_engine.v),
-            at.of_engine.elastic,
+            self.coordinates.of_beams(rows.of_engine.q, rows.of_engine.v),
+            rows.of_engine.elastic,
         )
         kinetic = self.meter.kinetic(poses, rates) + beams.kinetic
         stored = self.meter.potential(poses) + beams.stored + elastic
-        return np.column_stack([kinetic, stored, at.totals[:, 0] - elastic, at.totals[:, 1]])
+        return np.column_stack([kinetic, stored, rows.totals[:, 0] - elastic, rows.totals[:, 1]])
 
-    def residuals(self, at: Kept, poses: FloatArray) -> FloatArray:  # noqa: ARG002
-        """How far joints are open, m."""
-        held, _ = self.coordinates.at_joints(at.of_engine.q, at.of_engine.v)
-        return joint_residuals(self.mechanism, held, at.places)
+    def residuals(self, rows: Kept, poses: FloatArray) -> FloatArray:  # noqa: ARG002
+        """Openings of joints, m."""
+        held, _ = self.coordinates.at_joints(rows.of_engine.q, rows.of_engine.v)
+        return joint_residuals(self.mechanism, held, rows.places)
 
 
 def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) -> Kept:
-    """What is known at instants (n,) in the steps `of` nodes: all starts, then all ends.
+    """Kept quantities at instants (n,) in the steps `of`; nodes are all starts, then all ends.
 
-    Motions are cubics. A stiff contact is less deep than these may be off: its force and energy are
-    on straight lines. A place is that of the nearer end: it may leap where a closed curve begins.
+    Motions are cubics. Their error may exceed the depth of a stiff contact, so its force and energy
+    are linear. A place is that of the nearer end, since it may leap at the seam of a closed curve.
     """
     then = of + len(nodes.t) // 2
     h = (nodes.t[then] - nodes.t[of])[:, None]
@@ -285,10 +288,10 @@ def _within(nodes: Kept, of: IndexArray, time: FloatArray, balanced: _Balanced) 
 
 
 def _at(balanced: _Balanced, time: FloatArray) -> FloatArray:
-    """Multipliers (m, rows) at instants (m,), on straight lines between those that balance."""
-    at, rows = balanced
-    of = np.clip(np.searchsorted(at, time) - 1, 0, len(at) - 1)
-    then = np.minimum(of + 1, len(at) - 1)
-    span = np.where(then > of, at[then] - at[of], 1.0)
-    part = np.clip((time - at[of]) / span, 0.0, 1.0)[:, None]
+    """Multipliers (m, rows) at instants (m,), linear between instants of balance."""
+    times, rows = balanced
+    of = np.clip(np.searchsorted(times, time) - 1, 0, len(times) - 1)
+    then = np.minimum(of + 1, len(times) - 1)
+    span = np.where(then > of, times[then] - times[of], 1.0)
+    part = np.clip((time - times[of]) / span, 0.0, 1.0)[:, None]
     return np.asarray(rows[of] + part * (rows[then] - rows[of]))

@@ -29,8 +29,13 @@ from exudyn_flexlink.engines.exudyn.redundant.contacts import (
 )
 from exudyn_flexlink.engines.exudyn.redundant.recording import BESIDE, SolverKept, StepRecorder
 from exudyn_flexlink.engines.exudyn.redundant.slots import Kinks, SlotItems
-from exudyn_flexlink.engines.exudyn.redundant.stepping import ErrorControl, Loop
-from exudyn_flexlink.engines.exudyn.redundant.system import System, add_loads, build_system, sense
+from exudyn_flexlink.engines.exudyn.redundant.stepping import Loop, StepChooser
+from exudyn_flexlink.engines.exudyn.redundant.system import (
+    System,
+    add_loads,
+    build_system,
+    loads_sense_state,
+)
 from exudyn_flexlink.engines.finer import seeded
 from exudyn_flexlink.engines.interrupts import interrupts, outcome_of
 from exudyn_flexlink.engines.recording import Histories
@@ -64,13 +69,13 @@ from exudyn_flexlink.observables import Watched
 from exudyn_flexlink.result import INTERRUPTED, EngineSettings, Event, Integrator, Outcome, Result
 from exudyn_flexlink.scene import PointsJoint, Scene
 
-CREEPS = 3.0  # of the slip speed: what is slower is held by less than 0.995 of the bound
+CREEPS = 3.0  # of the slip speed: slower joints are held by less than 0.995 of the bound
 METHOD, ORDER = "generalised-alpha, index 3", 2
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """Everything a solve needs, and what is left of it afterwards."""
+    """All objects that a solve reads and changes."""
 
     scene: Scene
     assembly: Assembly
@@ -80,12 +85,12 @@ class Prepared:
 
 
 def finish(prepared: Prepared, complaint: str) -> Result:
-    """Put the Result together; its timings are still to come."""
-    return _RunReader(prepared).result(complaint)
+    """Make the Result; timings are added later."""
+    return _SolverRunReader(prepared).result(complaint)
 
 
-class _RunReader:
-    """Reads what a run recorded, and puts its Result together."""
+class _SolverRunReader:
+    """Makes the Result from the records of a run."""
 
     def __init__(self, prepared: Prepared) -> None:
         self.prepared, self.recorder = prepared, prepared.loop.recorder
@@ -94,11 +99,11 @@ class _RunReader:
         self.poses, self.rates = self.recorder.motion(self.kept)
         kept: SolverKept = self.kept.of_engine
         self.multipliers = kept.multipliers
-        # Drives are as they were within the step that ended there.
+        # Drives have their values within the step that ends at the instant.
         self.state = np.maximum(self.kept.t - BESIDE, 0.0), self.poses, self.rates
 
     def result(self, complaint: str) -> Result:
-        """Return the Result; its timings are still to come."""
+        """Return the Result; timings are added later."""
         prepared, loop = self.prepared, self.prepared.loop
         given = prepared.scene.accuracy.step
         touching = [contact.touch for contact in loop.contacts.all]
@@ -134,7 +139,7 @@ class _RunReader:
         }
 
     def _frictions(self) -> tuple[FloatArray, FloatArray]:
-        """Joints with friction (samples, joints) never rest, and their torques or forces."""
+        """Whether joints with friction rest (samples, joints): never; their torques or forces."""
         torques = np.transpose(
             [
                 friction.regularised(joint_speed(friction.joint, self.poses, self.rates))
@@ -152,7 +157,7 @@ class _RunReader:
         return shortened(self.prepared.scene.accuracy.step, touched)
 
     def _creeping(self) -> Iterator[str]:
-        """Say that friction holds nothing here, and how fast a joint creeps as the run ends."""
+        """Warn that friction holds nothing, with the speed of a joint that creeps at the end."""
         for friction in self.mechanism.frictions:
             speed = abs(float(joint_speed(friction.joint, self.poses[-1], self.rates[-1])))
             unit = "m/s" if isinstance(friction.joint, Slide) else "rad/s"
@@ -165,7 +170,7 @@ class _RunReader:
             )
 
     def _torques(self) -> dict[str, FloatArray]:
-        """Torque of each drive that has one on its joint's second part, N m."""
+        """Torque of each rotary drive on its joint's second part, N m."""
         torques = {
             motor.name: -self.multipliers[:, row]
             for motor, row in self._motors()
@@ -176,7 +181,7 @@ class _RunReader:
         return torques
 
     def _drive_forces(self) -> dict[str, FloatArray]:
-        """Force of each drive that has one, at its point or on its joint's second part, N."""
+        """Force, N, of each drive at a point or along a slide; on its joint's second part."""
         forces = {force.name: force_at(force, *self.state) for force in self.mechanism.forces}
         for motor, row in self._motors():
             if motor.slide:
@@ -189,7 +194,7 @@ class _RunReader:
         return zip(self.mechanism.speed_motors, self.recorder.motor_rows, strict=True)
 
     def _joint_forces(self) -> dict[str, FloatArray]:
-        """Force of each joint of two points of the scene on its second one, N, global axes."""
+        """Force of each joint of two points on its second point, N, global axes."""
         system, joints, forces = self.system, self.prepared.scene.joints, {}
         mechanism = self.mechanism
         teeth = tooth_pushes(mechanism.gears, self._of_gears(), self.poses)
@@ -261,10 +266,10 @@ def prepare(
     *,
     seed: bool = False,
 ) -> Prepared:
-    """Build the system, the loop and what records it.
+    """Build the system, the loop and the recorder.
 
     Raises:
-        NotRepresentableError: as of `built`.
+        NotRepresentableError: see `built`.
 
     """
     end = end_of_run(scene, assembly.mechanism)
@@ -280,7 +285,7 @@ def prepare(
         ExtremeSeeker(watched, pressing, HERMITE),
         contacts.touches,
     )
-    chooser = ErrorControl(scene.accuracy, end, system.coordinates.weights, limits)
+    chooser = StepChooser(scene.accuracy, end, system.coordinates.weights, limits)
     goal = turn_goal(scene, assembly)
     knots, window = assembly.mechanism.knots(end), system.window
     meter = ProgressMeter(progress, end)
@@ -292,11 +297,11 @@ def prepare(
 def built(
     scene: Scene, assembly: Assembly, events: list[Event], limits: float = 1.0
 ) -> tuple[System, list[SlotItems], Contacts]:
-    """Create all items of a scene, not yet assembled; slots will tell `events` of new laps.
+    """Create all items of a scene, not yet assembled; slots will add new laps to `events`.
 
     Raises:
-        NotRepresentableError: the scene asks for a beam that can't be, or for contacts that
-            Exudyn's own solver does not know.
+        NotRepresentableError: the scene asks for a beam that is not possible, or for contacts that
+            Exudyn's own solver lacks.
 
     """
     for mistake in beyond_redundant(scene):
@@ -313,7 +318,7 @@ def built(
 
 
 def _contacts(scene: Scene, system: System) -> Contacts:
-    """Those of the scene and its bearings, then pairs of its channels: the order of all arrays."""
+    """Contacts of scene and bearings, then pairs of channels: the order in all arrays."""
     mechanism = system.mechanism
     resolved = resolutions(scene, system.assembly, system.coordinates.half_period)
     count = len(mechanism.touching)
@@ -329,7 +334,7 @@ def _contacts(scene: Scene, system: System) -> Contacts:
 
 
 def solve(prepared: Prepared) -> str:
-    """Run the solver; return its complaint, empty if there is none."""
+    """Run the solver; return its complaint, empty if it has none."""
     system, loop = prepared.system, prepared.loop
     q, v, a = system.coordinates.start()
     data = system.mbs.systemData
@@ -337,8 +342,8 @@ def solve(prepared: Prepared) -> str:
         q, v = seeded(system.assembly, (q, v), system.coordinates.weights)
         data.SetODE2Coordinates(q, Engine.ConfigurationType.Initial)
         data.SetODE2Coordinates_t(v, Engine.ConfigurationType.Initial)
-    # Exudyn's own initial accelerations miss what depends on time explicitly and are wrong for
-    # quadratic constraints: these come from the mechanism's equations.
+    # Exudyn's own initial accelerations lack terms that depend on time explicitly, and are wrong
+    # for quadratic constraints. So those of the mechanism's equations are set.
     data.SetODE2Coordinates_tt(a, Engine.ConfigurationType.Initial)
     multipliers = np.zeros(len(data.GetAECoordinates()))
     first = loop.start(q, v, multipliers)
@@ -350,7 +355,7 @@ def solve(prepared: Prepared) -> str:
             system.mbs.SolveDynamic(settings, showHints=False)
     except Exception as error:
         complaint = str(system.mbs.sys["dynamicSolver"].GetErrorString() or error)
-    if isinstance(loop.error, NoValueError):  # of a drive, as it goes on past a knot
+    if isinstance(loop.error, NoValueError):  # of a drive beyond a knot
         system.errors.append(loop.error)
         complaint = str(loop.error)
     elif loop.error is not None:
@@ -367,18 +372,18 @@ def _settings(prepared: Prepared, first: float) -> Any:
     settings = Engine.SimulationSettings()
     time = settings.timeIntegration
     time.endTime = prepared.loop.end
-    # The solver returns to steps of endTime/numberOfSteps after a failed one: no more than ours.
+    # After a failed step the solver returns to steps of endTime/numberOfSteps: at most our largest.
     largest = prepared.loop.chooser.largest
     time.numberOfSteps = max(1, ceil(prepared.loop.end / largest))
     time.initialStepSize = first
     time.minimumStepSize = min(1e-10, first / 10)
-    # Left alone, the solver doubles a step that is shorter than its own every few steps.
+    # By default the solver doubles a step that is shorter than its own every few steps.
     time.adaptiveStepRecoverySteps = 10**9
     time.generalizedAlpha.spectralRadius = prepared.scene.solver.spectral_radius
     time.generalizedAlpha.computeInitialAccelerations = False
     time.newton.useModifiedNewton = True
     time.newton.modifiedNewtonJacUpdatePerStep = True
-    time.computeLoadsJacobian = int(sense(prepared.system))
+    time.computeLoadsJacobian = int(loads_sense_state(prepared.system))
     time.newton.relativeTolerance, time.newton.absoluteTolerance = prepared.system.newton
     time.verboseMode = 0
     settings.solution.file.write = False

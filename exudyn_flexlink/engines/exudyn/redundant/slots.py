@@ -1,14 +1,14 @@
-"""The slot joint: a point of a part runs along a curve, piece by piece.
+"""The slot joint: a point of a part moves along a curve, piece by piece.
 
 A piece that is a line, a circle or an ellipse along the axes is a native quadratic constraint of
-Exudyn on the part's node; every other piece (splines, turned ellipses, a point that is not the
-part's origin, a curve that a body carries) is a constraint whose foot point is found in Python.
-Only the current piece is active; steps end where pieces meet, and the next one takes over.
+Exudyn on the part's node. Every other piece (splines, turned ellipses, a point that is not the
+part's origin, a curve that a body carries) is a constraint whose foot point is computed in Python.
+Only the present piece is active. Steps end where pieces meet; then the next piece becomes active.
 
-Steps end on events: where a track's curvature jumps, a contact begins, or the run ends. Across a
+Steps end on events: jumps of a track's curvature, begins of contacts, the end of the run. Across a
 jump of the forces a method of order 2 is only of order 1, so the step before an event is shortened
-to end on it. After torques and forces have bent with the state, steps are short: a second run may
-go over the kink in the same way, and then does not show the error of a long step.
+to end on it. After a kink of torques or forces by the state, steps are short: a second run may pass
+the kink with the same steps, and would not show the error of long ones.
 """
 
 from __future__ import annotations
@@ -38,20 +38,20 @@ from exudyn_flexlink.mechanism.prescribed import Formula
 from exudyn_flexlink.result import Event
 from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING, TINY
 
-# Of a step: an event nearer than this counts as reached. A step so short would fill the
-# multipliers, which an index-3 method divides by the square of its step, with rounding.
+# Of a step: an event nearer than this counts as reached. An index-3 method divides multipliers by
+# the square of its step, so in so short a step they would be rounding.
 REACHED = 1e-2
-# Of the largest value so far, and at least of 1 in its SI unit: what the solver leaves of a rest.
+# Of the largest value so far, and at least of 1 in its SI unit: the solver's error of a zero value.
 REST = 1e-10
-STEEP = 10.0  # slip speeds: where friction of a joint is its bound, but for 4e-9
+STEEP = 10.0  # slip speeds: friction of a joint is its bound, to 4e-9
 
 
 @dataclass(frozen=True, slots=True)
 class StepEnd:
     """Time (s), length of the step that ended there (s), coordinates and velocities.
 
-    `q` and `v` are the solver's coordinates; `q_list` and `v_list` those of all parts, one after
-    the other: plain lists are faster where a few numbers are needed.
+    `q` and `v` are the solver's coordinates; `q_list` and `v_list` are those of all parts in a row:
+    plain lists are faster if few numbers are needed.
     """
 
     time: float
@@ -65,7 +65,7 @@ class StepEnd:
 def end_on(step: float, until: float) -> float:
     """Shorten `step` (s) so that a whole number of steps ends on an event `until` seconds ahead.
 
-    An event between one and two steps ahead is reached by two equal ones, so that none is tiny.
+    An event between one and two steps ahead is reached by two equal steps, so that none is tiny.
     """
     if until <= step * (1 + REACHED):
         return max(until, REACHED * step)
@@ -85,16 +85,16 @@ def first_zero(value: float, rate: float, curvature: float) -> float:
     if discriminant < 0:
         return inf
     root = sqrt(discriminant)
-    # The smaller positive root, in the form that does not cancel.
+    # The smaller positive root, in the form without cancellation.
     if rate < 0:
         return 2 * value / (-rate + root)
     return (rate + root) / -curvature if curvature < 0 else inf
 
 
 class Kinks:
-    """Follows what max, min and abs compare in formulas of the state, from step to step.
+    """Follows the kinks of max, min and abs in formulas of the state, from step to step.
 
-    And where friction of joints, which is smooth but steep, begins and ends to change.
+    It also follows friction of joints, which is smooth but steep, at the ends of its steep range.
     """
 
     def __init__(self, mechanism: Mechanism, window: Window) -> None:
@@ -106,7 +106,7 @@ class Kinks:
         self._largest = np.zeros(1)
 
     def after_step(self, now: StepEnd, step: float) -> tuple[float, bool]:
-        """Shorten the next step (s) to end on a kink; tell whether the last one passed any."""
+        """Shorten the next step (s) to end on a kink; tell whether the last step passed one."""
         if not (self._bent or self._frictions):
             return step, False
         values, last, h = self._values(now), self._last, now.step
@@ -122,7 +122,7 @@ class Kinks:
         signs = np.sign(values) * np.array([values, rates + bends * h / 2, bends])
         for value, rate, bend in signs.T.tolist():
             step = end_on(step, first_zero(value, rate, bend)) if value > 0 else step
-        # One that is zero may stay so, or pass.
+        # A value that is zero may stay zero, or pass through.
         passed = bool((np.sign(values) != np.sign(last)).any())
         return step, passed
 
@@ -140,7 +140,7 @@ class Kinks:
         return np.concatenate([*(values[:, 0] for values in switches), *steep])
 
 
-PART_OF_PIECE = 0.1  # of a piece, covered by a step at most: else Newton may find another foot
+PART_OF_PIECE = 0.1  # of a piece: longest path of a step, or Newton may find another foot
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class Quadratic:
 
 
 def quadratic_of(piece: Curve) -> Quadratic | None:
-    """Return the native constraint that is this piece; None if there is none."""
+    """Return the native constraint of a piece; None if it has none."""
     if isinstance(piece, LineSegment):
         (x0, y0), (x1, y1) = piece.a, piece.b
         length = hypot(x1 - x0, y1 - y0)
@@ -177,7 +177,7 @@ def quadratic_of(piece: Curve) -> Quadratic | None:
 
 
 class SlotItems(TrackFollower):
-    """Items of one slot joint, which piece is active, and where on it the point is."""
+    """Items of a slot joint, its active piece, and the place of the point on it."""
 
     def __init__(self, system: System, index: int, events: list[Event], limits: float) -> None:
         """Limits of steps are `limits` times as long as usual."""
@@ -188,7 +188,7 @@ class SlotItems(TrackFollower):
         self.row = 3 * self.slot.anchor.part
         self._carried = self.slot.carrier != GROUND
         self._at_origin = self.slot.anchor.x == self.slot.anchor.y == 0.0
-        # Coordinates of the node: x, y and the angle, or the slope where a beam starts.
+        # Coordinates of the node: x, y and the angle; or the slope if it is the start of a beam.
         self._width = 4 if self.slot.anchor.part in system.in_beams else 3
         self._others = (0.0,) * (self._width - 2)
         self._native: dict[Quadratic, int] = {}
@@ -200,15 +200,15 @@ class SlotItems(TrackFollower):
         ]
         self._along = 0.0
         self._u_rate = 0.0  # 1/s, of the parameter u
-        # Whether the acceleration along the curve jumped, as a new piece began with the last step.
+        # Whether the acceleration along the curve jumped at the last step's end, by a new piece.
         self.jumped = False
-        self.at_end = False  # of an open curve: the run can't go on
+        self.at_end = False  # end of an open curve: the run can't go on
 
     # --- items ------------------------------------------------------------------------------
 
     @property
     def native(self) -> bool:
-        """Whether Exudyn's own items are all of the curve: no place is searched for on it."""
+        """Whether all pieces are Exudyn's own items, without a search of the place."""
         return self._general is None
 
     def _create(self, piece: Curve) -> int:
@@ -235,7 +235,7 @@ class SlotItems(TrackFollower):
         return self._native[quadratic]
 
     def _add(self, **constraint: Any) -> int:
-        """Add a constraint of the coordinates of the carrier, or the ground, and the part."""
+        """Add a constraint on the coordinates of the carrier, or the ground, and of the part."""
         system, carrier = self.system, self.slot.carrier
         base = system.nodes[carrier] if self._carried else system.ground_node
         markers = [
@@ -252,7 +252,7 @@ class SlotItems(TrackFollower):
             active = item == self.item_of_piece[piece]
             self.system.mbs.SetObjectParameter(item, "activeConnector", active)
 
-    # --- the general constraint: signed distance from the curve, by its foot point -------------
+    # --- the general constraint: signed distance from the curve's foot point -------------------
 
     def _arm(self, angle: float) -> tuple[float, float]:
         if self._at_origin:
@@ -264,7 +264,7 @@ class SlotItems(TrackFollower):
     def _foot(self, q: Sequence[float]) -> tuple[float, float, float, float, float]:
         """Signed distance, unit normal and arm of the point, all in the axes of the curve.
 
-        `q` are the coordinates of the carrier, if there is one, and of the point's part.
+        `q` are the coordinates of the carrier, if any, and of the point's part.
         """
         rx, ry = self._arm(q[-self._width + 2])
         x, y = q[-self._width] + rx, q[-self._width + 1] + ry
@@ -272,8 +272,8 @@ class SlotItems(TrackFollower):
             c, s = cos(q[2]), sin(q[2])
             x, y = x - q[0], y - q[1]
             x, y, rx, ry = c * x + s * y, c * y - s * x, c * rx + s * ry, c * ry - s * rx
-        at = self.at[self.piece]
-        px, py, dx, dy, _, _ = at(foot(at, x, y, self.u))
+        evaluator = self.at[self.piece]
+        px, py, dx, dy, _, _ = evaluator(foot(evaluator, x, y, self.u))
         speed = hypot(dx, dy)
         nx, ny = -dy / speed, dx / speed
         return nx * (x - px) + ny * (y - py), nx, ny, rx, ry
@@ -299,17 +299,17 @@ class SlotItems(TrackFollower):
     # --- stepping ----------------------------------------------------------------------------
 
     def after_step(self, now: StepEnd, step: float) -> float:
-        """Follow the point, change the piece where it ends; return the next step (s)."""
+        """Follow the point, change the piece at its end; return the next step (s)."""
         self.jumped = False
         x, y, vx, vy = self._motion(now.q_list, now.v_list)
-        # Two iterations of Newton are exact to rounding, from where the last speed leads to.
-        at = self.at[self.piece]
-        self.u = foot(at, x, y, self.u + self._u_rate * now.step, 2)
-        _, _, dx, dy, _, _ = at(self.u)
+        # Two Newton iterations from the extrapolated place are exact to rounding.
+        evaluator = self.at[self.piece]
+        self.u = foot(evaluator, x, y, self.u + self._u_rate * now.step, 2)
+        _, _, dx, dy, _, _ = evaluator(self.u)
         square = dx * dx + dy * dy
         self._u_rate = (vx * dx + vy * dy) / square
         speed = sqrt(square)
-        along = self._u_rate * speed  # m/s, positive the way the curve runs
+        along = self._u_rate * speed  # m/s: positive in the direction of the curve
         rising = (along - self._along) / now.step if now.step > 0 else 0.0
         self._along = along
         if self._one_smooth_loop():
@@ -340,7 +340,7 @@ class SlotItems(TrackFollower):
         return len(self.curve.pieces) == 1 and self.curve.closed
 
     def _pass_seam(self, time: float) -> None:
-        """Go on into another lap of one smooth closed piece; a point at rest on the seam stays."""
+        """Go on into another lap of a smooth closed piece; a point at rest on the seam stays."""
         piece = self.curve.pieces[0]
         beyond = NEGLIGIBLE * piece.period  # nearer to its seam, rounding decides on the side
         way = 1 if self.u >= piece.end + beyond else -1 if self.u < piece.start - beyond else 0
@@ -350,7 +350,7 @@ class SlotItems(TrackFollower):
             self.u = u
 
     def _until_end(self, speed: float, along: float, rising: float) -> float:
-        """Time (s) until the point reaches the end of the current piece; inf while it rests."""
+        """Time (s) until the point reaches the end of the present piece; inf at rest."""
         if along == 0:
             return inf
         left = self.left(self.u)[0 if along > 0 else 1] * speed
@@ -369,7 +369,7 @@ class SlotItems(TrackFollower):
         self._activate(self.piece)
 
     def _limit(self, step: float, until: float, along: float) -> float:
-        """Let a step cover no more than a part of the piece, and end where the piece ends."""
+        """Limit a step to a part of the piece, and let it end at the end of the piece."""
         longest = self._longest[self.piece] / max(abs(along), TINY)
         return end_on(min(step, longest), until)
 
@@ -378,9 +378,9 @@ class SlotItems(TrackFollower):
     def force(self, multipliers: FloatArray, poses: FloatArray, places: FloatArray) -> FloatArray:
         """Force (N, global axes) of the slot on its point, (samples, 2).
 
-        `multipliers` are all of the system's, (samples, rows), `poses` (samples, parts, 3) those of
-        the parts; `places` (samples,) are the point's. An inactive item's multiplier is zero, so
-        the items add up.
+        `multipliers` (samples, rows) are those of the system, `poses` (samples, parts, 3) those of
+        the parts, and `places` (samples,) those of the point. The multiplier of an inactive item is
+        zero, so the items are summed.
         """
         positions = anchor_position(self.slot.anchor, poses)
         force = np.zeros_like(positions)

@@ -1,8 +1,8 @@
-"""Step control: how long the solver's next step is.
+"""Step control: the length of the solver's next step.
 
 Exudyn's implicit integrator keeps a fixed step, but a function called after each step may set the
-next one. It sets the step that error control or the scene asks for, shortened so that steps end on
-events (a track's pieces, contacts, the end) and resolve contacts.
+next step. It sets the step that error control or the scene asks for, shortened so that steps end on
+events (ends of pieces of a track, contacts, the end of the run) and resolve contacts.
 """
 
 from __future__ import annotations
@@ -38,30 +38,30 @@ from exudyn_flexlink.result import Event
 from exudyn_flexlink.rounding import INVISIBLE, KNOT_TIME, TINY
 from exudyn_flexlink.scene import Accuracy
 
-STEPS_TO_KNOT = 32  # at least, at first: a method of order 2 needs them in a part of a pulse
+STEPS_TO_KNOT = 32  # least number of first steps in a part of a pulse, for a method of order 2
 
 
-class ErrorControl:
-    """Steps whose local errors add up to the tolerance, in smooth motion.
+class StepChooser:
+    """Chooses steps whose local errors add up to the tolerance, in smooth motion.
 
-    The local error of a step is about ``C h^3 q'''``. The third derivative is that of divided
-    differences of the last four positions: those of accelerations would be far too large for
-    vibrations that no step resolves. Each step may make the same part of the tolerance; how many
-    steps there will be is extrapolated from those taken so far.
+    The local error of a step is about ``C h^3 q'''``. The third derivative comes from divided
+    differences of the last four positions. Differences of accelerations would be far too large with
+    vibrations that no step resolves. Each step may make the same share of the tolerance; the number
+    of steps is extrapolated from those made so far.
 
     Every change of the step disturbs accelerations and reactions, since generalised-alpha carries
     accelerations from step to step. So steps change by factors of `RATIO`, and rarely grow.
 
-    Without a tolerance all are as long as the user's step, but at events.
+    Without a tolerance all steps are as long as the user's, except at events.
     """
 
     CONSTANT = 0.1  # C above, of generalised-alpha with a spectral radius of 0.9
     GROWTH = 1.2  # error of S over the sum of local errors, measured over two turns of the paper's
-    FEWEST_STEPS = 200  # that share the tolerance, however few are foreseen at the start
-    RATIO = 2**0.5  # of a step to the next longer one
-    STEPS_BEFORE_GROWTH = 6  # since the last change
-    # rad per step, however evenly a part turns, which no difference of angles tells: extremes are
-    # looked for on cubics, which then are off by less than 1e-6 of a radius.
+    FEWEST_STEPS = 200  # least number of steps that share the tolerance
+    RATIO = 2**0.5  # of successive lengths of steps
+    STEPS_BEFORE_GROWTH = 6  # steps since the last change
+    # rad per step. Differences of angles do not limit the step of a part that turns evenly. But
+    # extremes are searched on cubics, and with this limit they err by less than 1e-6 of a radius.
     LARGEST_TURN = 0.1
 
     def __init__(
@@ -69,7 +69,7 @@ class ErrorControl:
     ) -> None:
         """`weights` turn coordinates into lengths: 1 for positions, a lever arm for angles.
 
-        Limits of steps, but that by their error, are `limits` times as long.
+        Limits of steps, except that by their error, are `limits` times as long as usual.
         """
         self.tolerance = accuracy.tolerance  # m
         self.duration = duration
@@ -79,11 +79,11 @@ class ErrorControl:
         self._step, self._since_change = self.first, 0
         self._weights = weights
         self._steps = 0
-        self._times = [0.0] * 4  # of the last four positions, weighted, each in its row
+        self._times = [0.0] * 4  # of the last four weighted positions, a row each
         self._positions = np.zeros((4, len(weights)))
 
     def propose(self, now: StepEnd) -> float:
-        """Return the step that makes its part of the tolerance."""
+        """Return the step whose error is its share of the tolerance."""
         if self.tolerance is None:
             return self.first
         row = self._steps % 4
@@ -111,7 +111,7 @@ class ErrorControl:
         return self._step
 
     def restart_from(self, step: float) -> None:
-        """Go on with steps no longer than this (s), since forces have jumped; then longer ones."""
+        """Go on with steps up to `step` (s) after a jump of forces; they grow again."""
         self._change(min(step, self._step))
 
     def _change(self, step: float) -> None:
@@ -128,9 +128,9 @@ class ErrorControl:
 
 @dataclass
 class Loop:
-    """What happens after each step of the solver: look for events, record, set the next step."""
+    """The loop after each step of the solver: find events, record, set the next step."""
 
-    chooser: ErrorControl
+    chooser: StepChooser
     slots: list[SlotItems]
     contacts: Contacts
     kinks: Kinks
@@ -142,7 +142,7 @@ class Loop:
     window: Window
     progress: ProgressMeter
     time: float = 0.0
-    left: float | None = None  # angle still to turn, rad, where turns end the run
+    left: float | None = None  # angle still to turn, rad, if turns end the run
     steps: int = 0
     largest: float = 0.0  # of the steps so far, s
     smallest: float = inf
@@ -152,7 +152,7 @@ class Loop:
     error: BaseException | None = None
     _first: float = 0.0
     _goal_rate: float = 0.0
-    _jump: FloatArray | None = None  # of accelerations, at the knot where the last step ended
+    _jump: FloatArray | None = None  # of accelerations, at the knot at the end of the last step
     _solver: Any = None
 
     def start(self, q: FloatArray, v: FloatArray, multipliers: FloatArray) -> float:
@@ -167,7 +167,7 @@ class Loop:
     def after_step(self, mbs: Any, time: float) -> bool:
         """Called by the solver after each step; False ends the run.
 
-        Nothing may be raised through the solver: it is kept in `error` for the caller.
+        No exception may pass through the solver: it is kept in `error` for the caller.
         """
         try:
             return self._after_step(mbs, time) and not self.interrupted
@@ -177,11 +177,11 @@ class Loop:
 
     @property
     def iterations(self) -> int:
-        """Newton's iterations so far."""
+        """Number of Newton iterations so far."""
         return 0 if self._solver is None else int(self._solver.newtonStepsCount)
 
     def interrupt(self) -> None:
-        """End the run after the step that is under way."""
+        """End the run after the present step."""
         self.interrupted = True
 
     def _after_step(self, mbs: Any, time: float) -> bool:
@@ -221,7 +221,7 @@ class Loop:
         self.progress.update(now.time)
 
     def _cut(self, now: StepEnd, step: float) -> float:
-        """Shorten a step so that whatever happens next happens at its end."""
+        """Shorten a step so that the next event is at its end."""
         for slot in self.slots:
             step = slot.after_step(now, step)
             if slot.jumped:
@@ -246,7 +246,7 @@ class Loop:
     def _to_knot(self, now: StepEnd, step: float) -> float:
         """Shorten a step so that it ends on the next knot of a drive.
 
-        From a knot on accelerations are others, and steps at first as short as at time 0.
+        Accelerations change at a knot, so the first steps after it are as short as at time 0.
         """
         time = now.time
         near = instant(time, KNOT_TIME)
@@ -261,12 +261,12 @@ class Loop:
             places = np.array([slot.place(slot.u) for slot in self.slots])
             accelerations = self.recorder.coordinates.accelerations
             after = accelerations(now.q, now.v, places, self.window.inside(time))
-            # Neither the state nor what contacts do changes at a knot: that cancels.
+            # The state and the forces of contacts do not change at a knot, so they cancel.
             self._jump = after - accelerations(now.q, now.v, places, before)
         return end_on(step, ahead - time)
 
     def _contacts(self, now: StepEnd, step: float) -> float:
-        """Let contacts shorten the step, and walls that are broken end the run."""
+        """Let contacts shorten the step; a broken wall ends the run."""
         step = self.contacts.after_step(now, step)
         if (channel := self.contacts.broken) is not None:
             self.stop_reason = broken_wall(channel)
@@ -279,11 +279,11 @@ class Loop:
 
 
 def _start_anew(mbs: Any, jump: FloatArray) -> None:
-    """Let the solver, between two of its steps, go on with accelerations that jump by `jump`.
+    """Let the solver go on, between two steps, with accelerations that jump by `jump`.
 
-    Generalised-alpha carries accelerations from step to step, beside those of the state. Carried
-    over a jump of a force, they would leave an error in the velocities that lasts. Only what
-    initialises a run sets the accelerations that the solver keeps to itself.
+    Generalised-alpha carries accelerations of its own from step to step, besides those of the
+    state. Across a jump of a force they would cause a lasting error of the velocities. Only the
+    initialisation of a run sets these internal accelerations.
     """
     data, solver = mbs.systemData, mbs.sys["dynamicSolver"]
     initial = Engine.ConfigurationType.Initial

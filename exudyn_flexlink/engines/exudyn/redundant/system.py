@@ -39,7 +39,7 @@ from exudyn_flexlink.mechanism import (
     motor_place,
     size_at,
 )
-from exudyn_flexlink.mechanism.joints import NOTHING
+from exudyn_flexlink.mechanism.joints import NO_ITEM
 
 
 def add_loads(system: System) -> None:
@@ -50,7 +50,7 @@ def add_loads(system: System) -> None:
         _add_force(system, force)
 
 
-def sense(system: System) -> bool:
+def loads_sense_state(system: System) -> bool:
     """Tell whether a load depends on the state, so that Newton's matrix needs its slopes."""
     turned = any(force.axes != GROUND for force in system.mechanism.forces)
     return turned or any(size.senses for _, size in system.mechanism.sizes)
@@ -72,7 +72,7 @@ def _add_torque(system: System, motor: TorqueMotor) -> None:
             return sign * size_at(motor.size, time, q, v)
 
         load = {"load": sign * constant} if constant is not None else {
-            "loadUserFunction": _asked(system, torque, nan)
+            "loadUserFunction": _user_function(system, torque, nan)
         }  # fmt: skip
         marker = system.angle_marker(part)
         number = system.mbs.AddLoad(items.LoadCoordinate(markerNumber=marker, **load))
@@ -84,7 +84,7 @@ def _add_force(system: System, force: PointForce) -> None:
         return [*force_at(force, np.array([time]), q[None], v[None])[0].tolist(), 0.0]
 
     x, y = (_constant(size) for size in force.sizes)
-    load: dict[str, Any] = {"loadVectorUserFunction": _asked(system, push, [nan] * 3)}
+    load: dict[str, Any] = {"loadVectorUserFunction": _user_function(system, push, [nan] * 3)}
     if force.axes == GROUND and x is not None and y is not None:
         load = {"loadVector": [x, y, 0.0]}
     marker = system.point_marker(force.point)
@@ -92,10 +92,13 @@ def _add_force(system: System, force: PointForce) -> None:
     system.loads[force.name] = [int(number)]
 
 
-def _asked(system: System, load: Callable[..., Any], nothing: Any) -> Callable[..., Any]:
-    """Let Exudyn ask for a load at the state (parts, 3) of now; `nothing` where it has no value."""
+def _user_function(system: System, load: Callable[..., Any], nothing: Any) -> Callable[..., Any]:
+    """Function with which Exudyn asks for a load; `nothing` is returned where it has no value.
 
-    def asked(mbs: Any, time: float, _load: Any) -> Any:
+    `load` takes the time (s), and poses and rates (parts, 3).
+    """
+
+    def user_function(mbs: Any, time: float, _load: Any) -> Any:
         data = mbs.systemData
         q, v = data.GetODE2Coordinates().tolist(), data.GetODE2Coordinates_t().tolist()
         state = (np.reshape(x, (-1, 3)) for x in system.coordinates.plain(q, v))
@@ -105,7 +108,7 @@ def _asked(system: System, load: Callable[..., Any], nothing: Any) -> Callable[.
             system.errors.append(error)
             return nothing
 
-    return asked
+    return user_function
 
 
 STRAIN_ROUNDING = 5e-15  # strain of an element as long as the mechanism is large
@@ -116,8 +119,8 @@ class System:
     """An Exudyn system and the numbers of its items; only `opened` hands them on, to users.
 
     Nodes have no reference values, so that coordinates are positions and angles themselves
-    (quadratic constraints need that); `coordinates` reads them as parts. The node and the body of
-    a beam's first rod are those at its start, those of its last rod at its end.
+    (quadratic constraints need that); `coordinates` reads them as parts. A beam's first rod has the
+    node and the element at the beam's start, its last rod those at the beam's end.
     """
 
     coordinates: Coordinates
@@ -133,9 +136,9 @@ class System:
     motors: list[int] = field(default_factory=list)  # speed motors, in their order
     gears: list[int] = field(default_factory=list)  # in their order
     loads: dict[str, list[int]] = field(default_factory=dict)  # of torques and forces
-    window: Window = field(default_factory=Window)  # the time that drives are asked of
+    window: Window = field(default_factory=Window)  # limits the times at which drives are asked
     laws: dict[Any, Any] = field(default_factory=dict)  # symbolic functions, which must live on
-    # Of values that drives do not have: nothing may be raised through the solver.
+    # Errors of drives without a value: Exudyn's solver must not see exceptions.
     errors: list[ArithmeticError] = field(default_factory=list)
 
     @property
@@ -153,9 +156,9 @@ class System:
         """Relative and absolute limit of the residual of Newton's method."""
         if not self.beams:
             return 1e-8, 1e-10
-        # Beams are so stiff along their axis that rounding a coordinate makes a force: to ask for
-        # less never ends. To be content with more than 1e-9 of the first residual, which is large
-        # where steps are long, leaves strains that are not there.
+        # Beams are so stiff along their axis that the rounding of a coordinate makes a force; the
+        # residual can't become smaller than that. A relative limit above 1e-9 would leave strains
+        # that do not exist, since the first residual of a long step is large.
         size = float(abs(self.assembly.state.q[:, :2]).max())
         forces = [
             beam.shape.elastic.axial
@@ -256,11 +259,11 @@ def _add_parts(system: System) -> None:
     """Add nodes in the order of parts: that of `coordinates`."""
     state = system.assembly.state
     beams = {beam.rods[0]: beam for beam in system.beams}
-    shown = system.in_beams
+    in_beams = system.in_beams
     for i, (part, q, v) in enumerate(zip(system.mechanism.parts, state.q, state.v, strict=True)):
         if i in beams:
             _add_beam(system, beams[i])
-        if i in shown:
+        if i in in_beams:
             continue
         node = system.mbs.AddNode(
             items.NodeRigidBody2D(initialCoordinates=q.tolist(), initialVelocities=v.tolist())
@@ -280,7 +283,7 @@ def _add_parts(system: System) -> None:
 def _add_beam(system: System, beam: BeamLink) -> None:
     """Let the first rod stand for the beam's start and the last for its end."""
     nodes, elements = add_beam(system.mbs, beam, system.assembly.state)
-    between = [NOTHING] * (len(beam.rods) - 2)
+    between = [NO_ITEM] * (len(beam.rods) - 2)
     system.nodes += [nodes[0], *between, nodes[-1]]
     system.bodies += [elements[0], *between, elements[-1]]
     for element in elements if any(system.mechanism.gravity) else ():
@@ -392,7 +395,7 @@ def _add_gear(system: System, gear: Gear) -> int:
     coordinates of all parts.
 
     Raises:
-        NotRepresentableError: the sum is none that stays one, or a part is in a beam.
+        NotRepresentableError: a rack slides on a moving body, or a part is in a beam.
 
     """
     q, places = system.assembly.state.q, system.assembly.state.places
