@@ -33,7 +33,8 @@ def highest(
 ) -> FloatArray:
     """Places (c,) between `low` and `high` (c,) where a value, of places (c, p), is highest.
 
-    A parabola joins the last looks. Of several peaks it is one that the first looks see.
+    A parabola joins the last looks; a peak next to an end counts if it is higher than the end. Of
+    several peaks it is one that the first looks see.
     """
     rows = np.arange(len(low))
     for points in looks:
@@ -46,7 +47,8 @@ def highest(
     bend = before - 2 * top + after
     aside = np.divide(0.5 * (before - after), bend, out=np.zeros_like(bend), where=bend < 0)
     vertex = at[rows, middle] + np.clip(aside, -1, 1) * (at[:, 1] - at[:, 0])
-    return np.asarray(np.where(best == middle, vertex, at[rows, best]))
+    peaks = (best == middle) | (value(vertex[:, None])[:, 0] > values[rows, best])
+    return np.asarray(np.where(peaks, vertex, at[rows, best]))
 
 
 Number = TypeVar("Number", float, complex)
