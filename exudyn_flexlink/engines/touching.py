@@ -348,13 +348,14 @@ class Touches:
         """Put a contact aside, which then is as if its point were behind it; or take it up."""
         self._set(k, Side.BEHIND if idle else Side.APART)
 
-    def crossing(self, k: int, gap: float, inside: float) -> Change:
+    def crossing(self, k: int, gap: float, gap_rate: float, inside: float) -> Change:
         """Tell what an event of a contact is, which is `inside` (m) the ends of its face.
 
-        What closes may bounce: its law tells.
+        What closes may bounce: its law tells. What still closes does not open.
         """
         if self.sides[k] is Side.PRESSED:
-            off = inside < (OFF_THE_END if self.rigid[k] else min(-gap, OFF_THE_END))
+            stays = self.rigid[k] or gap_rate < 0 or inside < -gap
+            off = stays and inside < OFF_THE_END
             return Change.SLIDES_OFF if off and k < self._faces else Change.OPENS
         passes = k < self._faces and (inside < 0 or self.sides[k] is Side.BEHIND)
         return Change.PASSES if passes else Change.CLOSES

@@ -365,7 +365,7 @@ class MinimalProblem:
         """Let all pairs that do so at an event of this `contact` begin or cease to press."""
         for k in self.finder.changed_pairs(time, contact):
             touch = self.finder.touch(k)
-            what = self.model.touches.crossing(k, touch.gap, touch.inside)
+            what = self.model.touches.crossing(k, touch.gap, touch.gap_rate, touch.inside)
             self.change(time, k, what, touch)
         self._flight = self._longest_flight(time)
         any_presses = self.model.touches.pressed[self._walls :].any()
@@ -457,7 +457,9 @@ class ContactGuard(Guard):
     def cross(self, time: float) -> None:
         """Let it begin or end, but for a point that has passed its face's line, beside it."""
         touch = self.problem.finder.touch(self.contact)
-        what = self.problem.model.touches.crossing(self.contact, touch.gap, touch.inside)
+        what = self.problem.model.touches.crossing(
+            self.contact, touch.gap, touch.gap_rate, touch.inside
+        )
         if what is not Change.PASSES or meets(touch, time):
             self.change(time, what, touch)
 
