@@ -123,6 +123,21 @@ def test_the_order_on_a_damped_oscillation(stages, counts, order):
     np.testing.assert_allclose(orders, order, atol=0.7)
 
 
+@pytest.mark.parametrize("stages", [FEW, MANY])
+def test_what_flies_evenly_is_known_to_rounding_all_along_a_step(stages):
+    """Ends of steps are moved along their polynomials to events, and what is lost there adds up."""
+    _, (step,) = advance(
+        Oscillator([2.0], [0.0], [0.0]), np.array([0.1]), np.array([0.77]), 0.7, 1, stages=stages
+    )
+    time = np.linspace(0, 0.7, 101)
+    q, v = step.at(time)
+    np.testing.assert_allclose(q[:, 0], 0.1 + 0.77 * time, atol=3e-16)
+    assert (v == 0.77).all()
+    ended = step.ending(0.3)
+    assert ended.finish.q[0] == pytest.approx(0.1 + 0.77 * 0.3, abs=3e-16)
+    assert (ended.speeds == 0.77).all()
+
+
 @pytest.mark.parametrize("engine", ["exudyn", "lagrangian"])
 @pytest.mark.parametrize(("model", "order"), [("smooth", 13), ("no_clearance", 9)])
 def test_with_contacts_the_order_is_lower(model, order, engine):
