@@ -611,7 +611,11 @@ class JointFrictions:
             LockedError: friction by the forces in joints has no answer, or more than one.
 
         """
-        held, moving, known, kept = self.held, np.flatnonzero(self.way), self._look(at), at.kept
+        held, moving, kept = self.held, np.flatnonzero(self.way), at.kept
+        if not len(held) and not self.shares.any():  # they brake by their bounds, whatever moves
+            bound = np.broadcast_to(self._constant, (len(at.force), len(self.all)))
+            return self._braked(at, -self.way * bound, bound, np.zeros(bound.shape))
+        known = self._look(at)
         torque = np.zeros(known.rate.shape)
         torque[:, moving] = -(self.way * self._constant)[moving]
         even = not self._rigid.closed()
@@ -634,15 +638,30 @@ class JointFrictions:
                 columns = torque[:, block], bound[:, block], known.free[:, block]
                 torque[:, block] = least_part(*columns)
                 bound = self._bound(known, torque)
-        felt = _felt(known, torque)
-        rests = np.broadcast_to(self.way == 0, torque.shape)
-        friction = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
-        whole = kept.force + torque @ self.rows
+        felt = _felt(known, torque)[..., 0]
         acts = known.free
         if not even:  # what slides brakes, also where contacts with what drives move carry it along
             acts = np.where((self.way != 0)[:, None], self._free(kept.state), acts)
+        return self._braked(at, torque, bound, felt, acts)
+
+    def _braked(
+        self,
+        at: Evaluation,
+        torque: FloatArray,
+        bound: FloatArray,
+        felt: FloatArray,
+        acts: FloatArray | None = None,
+    ) -> Evaluation:
+        """Return evaluations at instants (n,) with T, bounds and forces R (n, joints) in them.
+
+        T act by `acts` (n, joints, independent) on the independent coordinates; left out, by g.
+        """
+        acts = self._free(at.kept.state) if acts is None else acts
+        rests = np.broadcast_to(self.way == 0, torque.shape)
+        friction = np.stack([torque, bound, felt, rests], axis=-1)
+        whole = at.kept.force + torque @ self.rows
         free = at.force + (torque[:, None] @ acts)[:, 0]
-        return at._replace(force=free, kept=kept._replace(force=whole, friction=friction))
+        return at._replace(force=free, kept=at.kept._replace(force=whole, friction=friction))
 
     def _bound(self, known: _Known, torque: FloatArray) -> FloatArray:
         felt = np.linalg.norm(_felt(known, torque), axis=-1)
