@@ -84,8 +84,8 @@ class CurveFollower:
 
     @property
     def is_endless(self) -> bool:
-        """Whether the curve is one piece that is closed by itself, and so smooth."""
-        return self._curve.closed and len(self._curve.pieces) == 1
+        """Whether the curve is one piece: nothing comes to another one."""
+        return len(self._curve.pieces) == 1
 
     def foot(self, seen: complex) -> Foot:
         """Place of the curve for what is seen from its axes."""
@@ -200,10 +200,14 @@ class TableFollower:
         self.name, self._table = name, table
         self.number: int | None = None  # of the piece, while the contact presses
 
+    @property
+    def follows(self) -> bool:
+        """Whether it follows a piece."""
+        return self.number is not None
+
     def follow(self, depth: float | None) -> None:
-        """Follow the piece of a depth (m) from here on, if none is; None: nothing presses."""
-        if depth is None or self.number is None:
-            self.number = None if depth is None else self._table.number(depth)
+        """Follow the piece of a depth (m) from here on; None: nothing presses."""
+        self.number = None if depth is None else self._table.number(depth)
 
     def law(self, depth: float) -> SpringDamper:
         """Law of the piece that is followed; while nothing presses, of that of a depth (m)."""
@@ -492,7 +496,7 @@ class TreeContacts:
         """Take up a state in which contact k goes on, begins or ends."""
         if k in self.curves:
             self.curves[k].follow(complex(self._view(k, x[None], x)[0]) if presses else None)
-        if k in self.tables:
+        if k in self.tables and presses != self.tables[k].follows:
             self.tables[k].follow(float(self._depth(k, x[None], x)[0]) if presses else None)
 
     def lap_views(self) -> list[tuple[LapFollower, Callable[..., ComplexArray]]]:
