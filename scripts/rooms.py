@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = "exudyn_flexlink"
-MOST_STATEMENTS = 31_605  # of the package
+MOST_STATEMENTS = 31_620  # of the package
 MOST_NODES = 17.02  # of the syntax tree, a simple statement of the package, on average
 LEFT_OUT = (
     ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.If, ast.For, ast.While, ast.With,
