@@ -232,23 +232,31 @@ def told(touches, k, place=0.0, totals=(0.0, 0.0)):
     return touches.intervals(k, [(place, totals)], NO_PEAKS)
 
 
-# What an event is, by gap and how far inside the face (m), and where it leads.
+# What an event is, by gap, its rate and how far inside the face (m, m/s), and where it leads.
 WAYS = {
     "a strike": (SOFT, FACE, [
-        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (0.0, 0.2, Change.OPENS, Side.APART)]),
+        (0.0, -1, 0.3, Change.CLOSES, Side.PRESSED), (0.0, 1, 0.2, Change.OPENS, Side.APART)]),
     "a strike that slides off, and comes back": (SOFT, FACE, [
-        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (-1e-5, -1e-13, Change.SLIDES_OFF, Side.BEHIND),
-        (0.0, -0.1, Change.PASSES, Side.APART), (0.0, 0.1, Change.CLOSES, Side.PRESSED)]),
+        (0.0, -1, 0.3, Change.CLOSES, Side.PRESSED),
+        (-1e-5, 1, -1e-13, Change.SLIDES_OFF, Side.BEHIND),
+        (0.0, 1, -0.1, Change.PASSES, Side.APART),
+        (0.0, -1, 0.1, Change.CLOSES, Side.PRESSED)]),
     "a strike that opens near the end": (SOFT, FACE, [
-        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (-1e-13, 1e-10, Change.OPENS, Side.APART)]),
+        (0.0, -1, 0.3, Change.CLOSES, Side.PRESSED), (-1e-13, 1, 1e-10, Change.OPENS, Side.APART)]),
+    "a strike exactly at the end": (SOFT, FACE, [
+        (3e-17, -1, 3e-17, Change.CLOSES, Side.PRESSED),
+        (3e-17, -1, 3e-17, Change.SLIDES_OFF, Side.BEHIND)]),
     "a point that goes round its face": (SOFT, FACE, [
-        (0.0, -0.1, Change.PASSES, Side.BEHIND), (0.0, 0.1, Change.PASSES, Side.APART)]),
+        (0.0, -1, -0.1, Change.PASSES, Side.BEHIND), (0.0, 1, 0.1, Change.PASSES, Side.APART)]),
     "a wall, where the corner slides off": (SOFT, WALL, [
-        (-1e-6, 0.0, Change.CLOSES, Side.PRESSED), (-1e-6, -1e-13, Change.OPENS, Side.APART)]),
+        (-1e-6, 0, 0.0, Change.CLOSES, Side.PRESSED),
+        (-1e-6, 0, -1e-13, Change.OPENS, Side.APART)]),
     "a bearing": (SOFT, FACE, [
-        (0.0, np.inf, Change.CLOSES, Side.PRESSED), (0.0, np.inf, Change.OPENS, Side.APART)]),
+        (0.0, -1, np.inf, Change.CLOSES, Side.PRESSED),
+        (0.0, 1, np.inf, Change.OPENS, Side.APART)]),
     "what is held slides off": (RIGID, FACE, [
-        (0.0, 0.3, Change.CLOSES, Side.PRESSED), (1e-17, 1e-13, Change.SLIDES_OFF, Side.BEHIND)]),
+        (0.0, -1, 0.3, Change.CLOSES, Side.PRESSED),
+        (1e-17, 1, 1e-13, Change.SLIDES_OFF, Side.BEHIND)]),
 }  # fmt: skip
 
 
@@ -256,10 +264,9 @@ WAYS = {
 def test_what_happens_leads_where_the_table_says(way):
     law, k, events = WAYS[way]
     touches = two(law)
-    for gap, inside, change, side in events:
-        assert touches.crossing(k, gap, inside) is change
-        rate = -1.0 if side is Side.BEHIND else 1.0
-        touches.change(k, change, Moment(0.0, inside, rate, (0.0, 0.0)))
+    for gap, rate, inside, change, side in events:
+        assert touches.crossing(k, gap, rate, inside) is change
+        touches.change(k, change, Moment(0.0, inside, rate))
         assert touches.sides[k] is side
         assert touches.pressed[k] == (side is Side.PRESSED)
         assert not touches.pressed[1 - k]

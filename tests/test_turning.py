@@ -81,3 +81,10 @@ def test_what_a_joint_or_a_drive_holds_does_not_turn(formulation, model, name, i
 def test_the_highest_place_may_be_an_end():
     places = highest(lambda at: at * np.array([[1.0], [-1.0]]), np.zeros(2), np.ones(2))
     assert places.tolist() == [1, 0]
+
+
+def test_a_peak_next_to_an_end_is_found():
+    """Nearer than the last looks are apart."""
+    tops = np.array([[1e-4], [1 - 1e-4]])
+    places = highest(lambda at: -((at - tops) ** 2), np.zeros(2), np.ones(2))
+    np.testing.assert_allclose(places, tops[:, 0], atol=1e-12)

@@ -348,14 +348,15 @@ class Touches:
         """Put a contact aside, as if its point were behind the face; or take it up again."""
         self._set(k, Side.BEHIND if idle else Side.APART)
 
-    def crossing(self, k: int, gap: float, inside: float) -> Change:
+    def crossing(self, k: int, gap: float, gap_rate: float, inside: float) -> Change:
         """Tell which event a contact has; its point is `inside` (m) the ends of the face.
 
-        A contact that closes may bounce, by its law.
+        A contact that closes may bounce, by its law. One that still closes does not open.
         """
         if self.sides[k] is Side.PRESSED:
             # A point that leaves its face so near to the end slid off.
-            off = inside < (INVISIBLE if self.rigid[k] else min(-gap, INVISIBLE))
+            stays = self.rigid[k] or gap_rate < 0 or inside < -gap
+            off = stays and inside < INVISIBLE
             return Change.SLIDES_OFF if off and k < self._faces else Change.OPENS
         passes = k < self._faces and (inside < 0 or self.sides[k] is Side.BEHIND)
         return Change.PASSES if passes else Change.CLOSES

@@ -33,8 +33,8 @@ def highest(
 ) -> FloatArray:
     """Places (c,) between `low` and `high` (c,) where `value`, given places (c, p), is highest.
 
-    The vertex of a parabola through the last looks is returned. If there are several peaks, it is
-    one that the first looks see.
+    The vertex of a parabola through the last looks is returned; a peak next to an end counts if it
+    is higher than the end. If there are several peaks, it is one that the first looks see.
     """
     rows = np.arange(len(low))
     for points in looks:
@@ -50,7 +50,8 @@ def highest(
     bend = before - 2 * top + after
     aside = np.divide(0.5 * (before - after), bend, out=np.zeros_like(bend), where=bend < 0)
     vertex = times[rows, middle] + np.clip(aside, -1, 1) * (times[:, 1] - times[:, 0])
-    return np.asarray(np.where(best == middle, vertex, times[rows, best]))
+    peaks = (best == middle) | (value(vertex[:, None])[:, 0] > values[rows, best])
+    return np.asarray(np.where(peaks, vertex, times[rows, best]))
 
 
 Number = TypeVar("Number", float, complex)

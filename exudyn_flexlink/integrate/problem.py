@@ -30,14 +30,17 @@ def later(t: float, by: float) -> float:
 
 
 FEW, MANY = 5, 7  # stages of a step
+ACCURATE = 2e-6  # m: a tolerance up to which more stages pay beside contacts, too, as measured
 
 
-def stages_for(contacts: Sized) -> int:
-    """Return the number of stages of a mechanism's steps.
+def stages_for(contacts: Sized, tolerance: float | None) -> int:
+    """Return the number of stages of a mechanism's steps, by the tolerance (m) of the run, if any.
 
-    More stages pay if steps are long. With `contacts` steps are short, since they end at touches.
+    More stages pay if the error decides how long steps are. With contacts and a loose tolerance it
+    does not: then steps end at touches.
     """
-    return FEW if len(contacts) else MANY
+    accurate = tolerance is not None and tolerance <= ACCURATE
+    return MANY if accurate or not len(contacts) else FEW
 
 
 def order_of(stages: int) -> int:

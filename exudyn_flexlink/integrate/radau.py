@@ -69,13 +69,17 @@ class Step(NamedTuple):
         return collocation(len(self.accelerations))
 
     def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates and speeds (instants, n) at times within the step."""
-        part = ((time - self.t) / self.h)[:, None]
-        method = self.method
+        """Coordinates and speeds (instants, n) at times within the step.
+
+        By what is gained since its start. Of the whole speeds the powers, which are large and
+        cancel each other, would leave rounding, and that adds up from event to event.
+        """
+        since = (time - self.t)[:, None]
+        part, method, v = since / self.h, self.method, self.start.v
         powers = part**method.degrees
-        speeds = method.powers @ self.speeds
-        q = self.start.q + self.h * ((part * powers / (method.degrees + 1)) @ speeds)
-        return q, powers @ speeds
+        gained = method.powers @ (self.speeds - v)
+        moved = self.h * ((part * powers / (method.degrees + 1)) @ gained)
+        return self.start.q + (since * v + moved), v + powers @ gained
 
     def slope(self, at_nodes: FloatArray) -> Callable[[float], float]:
         """Return the slope (per step) by time (s) of the polynomial through values at its nodes."""
@@ -87,7 +91,8 @@ class Step(NamedTuple):
         h = end - self.t
         method = self.method
         begins = method.nodes * (h / self.h)
-        speeds = begins[:, None] ** method.degrees @ (method.powers @ self.speeds)
+        v = self.start.v
+        speeds = v + begins[:, None] ** method.degrees @ (method.powers @ (self.speeds - v))
         q, v = self.at(np.array([end]))
         return self._replace(h=h, speeds=speeds, finish=State(q[0], v[0], self.finish.a))
 

@@ -334,7 +334,7 @@ def _run(scene: Scene, assembly: Assembly) -> list[str]:
         tolerance = f"an error of {number(scene.accuracy.tolerance or 0.0)} m"
         rows.append(["step", f"chosen on the way by error control, for {tolerance}"])
     rows += [["", note] for note in coarse_tolerance(scene, assembly)]
-    order = order_of(stages_for(mechanism.contacts_and_pairs))
+    order = order_of(stages_for(mechanism.contacts_and_pairs, scene.accuracy.tolerance))
     rows.append(["formulation", _FORMULATIONS[form].format(order)])
     if form != "minimal" and (resolved := resolutions(scene, assembly)):
         longest = min(*(contact.step for contact in resolved), fixed_step or inf)

@@ -173,8 +173,8 @@ class Solver(Part):
     )
     integrator: Literal["radau", "dop853"] = Field(
         "radau",
-        description="method of the Lagrangian: radau: implicit, of order 13, or 9 with contacts; "
-        "dop853: explicit, of order 8, which impulses always take",
+        description="method of the Lagrangian: radau: implicit, of order 13, or 9 with contacts at "
+        "tolerances above 2 um; dop853: explicit, of order 8, which impulses always take",
     )
     steps_per_contact: Annotated[int, Strict()] = Field(
         60,

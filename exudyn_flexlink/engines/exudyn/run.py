@@ -25,7 +25,7 @@ def order(scene: Scene) -> int:
     if formulation(scene) != "minimal":
         return redundant.ORDER
     contacts = assemble_scene(scene).mechanism.contacts_and_pairs
-    return order_of(stages_for(contacts))
+    return order_of(stages_for(contacts, scene.accuracy.tolerance))
 
 
 def run(

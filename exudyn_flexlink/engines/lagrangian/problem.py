@@ -685,8 +685,9 @@ class Problem(HybridProblem):
             self.change(time, k, self._change_of(k), self.seen)
 
     def _change_of(self, k: int) -> Change:
-        inside = self.system.contacts.inside(self.seen)
-        return self.touches.crossing(k, float(self.seen.gap[k]), float(inside[k]))
+        gap, gap_rate = float(self.seen.gap[k]), float(self.seen.gap_rate[k])
+        inside = float(self.system.contacts.inside(self.seen)[k])
+        return self.touches.crossing(k, gap, gap_rate, inside)
 
     def change_face(self, time: float, k: int) -> None:
         """Let a contact of the scene begin, end, or bounce."""

@@ -58,7 +58,7 @@ def order(scene: Scene) -> int:
     mechanism = assemble_scene(scene).mechanism
     if explicit(scene, mechanism):
         return DOP853.order
-    return order_of(stages_for(mechanism.contacts_and_pairs))
+    return order_of(stages_for(mechanism.contacts_and_pairs, scene.accuracy.tolerance))
 
 
 def run(
@@ -95,7 +95,7 @@ def prepare(
     system = System(model, laps)
     watched = Watched(scene, mechanism, assembly.state.q)
     tolerance = scene.accuracy.tolerance or WITHOUT_TOLERANCE
-    stages = stages_for(mechanism.contacts_and_pairs)
+    stages = stages_for(mechanism.contacts_and_pairs, scene.accuracy.tolerance)
     control = ErrorControl(tolerance, stages, limits=limits, late=LATE * seed)
     seeker = ExtremeSeeker(watched, system.contacts.all, control.method.nodes)
     recorder = Recorder(system, sample_times(scene, mechanism, end), seeker)

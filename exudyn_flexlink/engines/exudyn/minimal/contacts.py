@@ -84,8 +84,8 @@ class CurveFollower:
 
     @property
     def is_endless(self) -> bool:
-        """Whether the curve is a single closed piece, and so smooth everywhere."""
-        return self._curve.closed and len(self._curve.pieces) == 1
+        """Whether the curve is one piece: nothing comes to another one."""
+        return len(self._curve.pieces) == 1
 
     def foot(self, seen: complex) -> Foot:
         """Place of the curve for a point or direction `seen` in the curve's axes."""
@@ -201,10 +201,14 @@ class TableFollower:
         self.name, self._table = name, table
         self.number: int | None = None  # of the piece, while the contact presses
 
+    @property
+    def follows(self) -> bool:
+        """Whether it follows a piece."""
+        return self.number is not None
+
     def follow(self, depth: float | None) -> None:
-        """Begin to follow the piece of a depth (m), unless one is followed (None: none presses)."""
-        if depth is None or self.number is None:
-            self.number = None if depth is None else self._table.number(depth)
+        """Follow the piece of a depth (m) from here on (None: none presses)."""
+        self.number = None if depth is None else self._table.number(depth)
 
     def law(self, depth: float) -> SpringDamper:
         """Law of the piece that is followed; while nothing presses, of the piece at a depth (m)."""
@@ -491,7 +495,7 @@ class TreeContacts:
         """Follow contact k from the present state on, in which it goes on, begins or ends."""
         if k in self.curves:
             self.curves[k].follow(complex(self._view(k, x[None], x)[0]) if presses else None)
-        if k in self.tables:
+        if k in self.tables and presses != self.tables[k].follows:
             self.tables[k].follow(float(self._depth(k, x[None], x)[0]) if presses else None)
 
     def lap_views(self) -> list[tuple[LapFollower, Callable[..., ComplexArray]]]:

@@ -307,8 +307,11 @@ class JointFrictions:
             LockedError: friction by the forces in joints has no solution, or several.
 
         """
-        held, moving = self.held, np.flatnonzero(self.way)
-        known, kept = self._look(evaluation), evaluation.kept
+        held, moving, kept = self.held, np.flatnonzero(self.way), evaluation.kept
+        if not len(held) and not self.shares.any():  # they brake by their bounds, whatever moves
+            bound = np.broadcast_to(self._constant, (len(evaluation.force), len(self.all)))
+            return self._braked(evaluation, -self.way * bound, bound, np.zeros(bound.shape))
+        known = self._look(evaluation)
         torque = np.zeros(known.rate.shape)
         torque[:, moving] = -(self.way * self._constant)[moving]
         symmetric = not self._rigid.closed()
@@ -331,14 +334,30 @@ class JointFrictions:
                 columns = torque[:, block], bound[:, block], known.free[:, block]
                 torque[:, block] = least_part(*columns)
                 bound = self._bound(known, torque)
-        felt = _felt(known, torque)
-        rests = np.broadcast_to(self.way == 0, torque.shape)
-        friction = np.stack([torque, bound, felt[..., 0], rests], axis=-1)
-        whole = kept.force + torque @ self.rows
+        felt = _felt(known, torque)[..., 0]
         acts = known.free
         # A joint that slides brakes, too, where contacts with driven parts carry it along.
         if not symmetric:
             acts = np.where((self.way != 0)[:, None], self._free(kept.state), acts)
+        return self._braked(evaluation, torque, bound, felt, acts)
+
+    def _braked(
+        self,
+        evaluation: Evaluation,
+        torque: FloatArray,
+        bound: FloatArray,
+        felt: FloatArray,
+        acts: FloatArray | None = None,
+    ) -> Evaluation:
+        """Return evaluations at instants (n,) with T, bounds and forces R (n, joints) in them.
+
+        T act by `acts` (n, joints, independent) on the independent coordinates; left out, by g.
+        """
+        kept = evaluation.kept
+        acts = self._free(kept.state) if acts is None else acts
+        rests = np.broadcast_to(self.way == 0, torque.shape)
+        friction = np.stack([torque, bound, felt, rests], axis=-1)
+        whole = kept.force + torque @ self.rows
         free = evaluation.force + (torque[:, None] @ acts)[:, 0]
         return evaluation._replace(force=free, kept=kept._replace(force=whole, friction=friction))
 

@@ -450,7 +450,7 @@ class Impacts:
     def change(self, time: float, k: int) -> None:
         """Contact k closes or opens, or its point passes beside the face."""
         touch = self.finder.touch(k)
-        what = self.model.touches.crossing(k, touch.gap, touch.inside)
+        what = self.model.touches.crossing(k, touch.gap, touch.gap_rate, touch.inside)
         if what is Change.CLOSES:
             self._meet(time, k)
             return
@@ -501,7 +501,9 @@ class Impacts:
         if self.finder.presses(k):
             return True
         touch = self.finder.touch(k)
-        apart = self.model.touches.crossing(k, touch.gap, touch.inside) is Change.CLOSES
+        apart = (
+            self.model.touches.crossing(k, touch.gap, touch.gap_rate, touch.inside) is Change.CLOSES
+        )
         return apart and touch.gap_rate <= REST_SPEED and meets(touch, time)
 
     def _jump(self, time: float, jump: Jump, which: Sequence[int], over: BoolArray) -> None:

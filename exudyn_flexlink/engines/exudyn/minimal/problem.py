@@ -363,7 +363,7 @@ class MinimalProblem:
         """Let pairs of link and guide begin or cease to press, at an event of this `contact`."""
         for k in self.finder.changed_pairs(time, contact):
             touch = self.finder.touch(k)
-            what = self.model.touches.crossing(k, touch.gap, touch.inside)
+            what = self.model.touches.crossing(k, touch.gap, touch.gap_rate, touch.inside)
             self.change(time, k, what, touch)
         self._flight = self._longest_flight(time)
         any_presses = self.model.touches.pressed[self._walls :].any()
@@ -456,7 +456,9 @@ class ContactGuard(Guard):
     def cross(self, time: float) -> None:
         """Let the contact begin or end, unless its point has only passed beside the face."""
         touch = self.problem.finder.touch(self.contact)
-        what = self.problem.model.touches.crossing(self.contact, touch.gap, touch.inside)
+        what = self.problem.model.touches.crossing(
+            self.contact, touch.gap, touch.gap_rate, touch.inside
+        )
         if what is not Change.PASSES or meets(touch, time):
             self.change(time, what, touch)
 

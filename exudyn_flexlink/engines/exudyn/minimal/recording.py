@@ -128,12 +128,13 @@ class TreeRecorder(BlockRecorder):
     def take(self, step: Step, states: TreeState) -> None:
         """Take a step with all coordinates at its `instants`."""
         samples, t = self._due(step.end), self.instants(step)
+        # A formula of what supplies energy ends the run where it has no value.
+        if self.model.loads.supplied_by_formula and len(t) > 1:
+            self.model.loads.push(t[:-1], states.x[:-1], states.v[:-1])
         self._waiting.append(_Waiting(step, t, len(samples), self._edges(step, samples), states))
         self._pass(step.end)
         instants = sum(len(wait.t) for wait in self._waiting)
-        # A formula of what supplies energy ends the run where it has no value.
-        long = len(self._waiting) >= AT_ONCE or instants > BLOCK
-        if self.model.loads.supplied_by_formula or long:
+        if len(self._waiting) >= AT_ONCE or instants > BLOCK:
             self.record_waiting()
 
     def record_waiting(self) -> None:

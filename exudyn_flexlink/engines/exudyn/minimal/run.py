@@ -135,7 +135,7 @@ def prepare(
     smallest = 1e-3 * min(1.0, *(part.reach for part in mechanism.parts))
     control = ErrorControl(
         accuracy.tolerance or smallest,
-        stages_for(mechanism.contacts_and_pairs),
+        stages_for(mechanism.contacts_and_pairs, accuracy.tolerance),
         accuracy.step,
         limits,
         late=LATE * seed,
