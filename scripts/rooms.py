@@ -21,9 +21,9 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = "exudyn_flexlink"
-MOST_STATEMENTS = 31_700  # of the package
+MOST_STATEMENTS = 31_673  # of the package
 MOST_CONSTANTS = 430  # of the package: a quantity has one, where all can take it from
-MOST_NODES = 17.10  # of the syntax tree, a simple statement of the package, on average
+MOST_NODES = 17.11  # of the syntax tree, a simple statement of the package, on average
 LEFT_OUT = (
     ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.If, ast.For, ast.While, ast.With,
     ast.Try, ast.Match, ast.Import, ast.ImportFrom,

@@ -11,8 +11,6 @@ from exudyn_flexlink.scene.run import INITIAL_OF_JOINTS
 from exudyn_flexlink.scene.stages import CHANGING, Stage, at_first
 from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, dotted
 
-LEAST_NAMES = 2  # that follow a section in a key of 'set': the part's, and its key's
-
 
 def stage_scenes(scene: Scene) -> list[Scene]:
     """Return the scenes of all stages, the first one first, as far as they are known before a run.
@@ -105,7 +103,7 @@ def _set(data: dict[str, Any], key: str, value: Any) -> Iterator[Mistake]:
         data[key] = value
         return
     section, *names = key.split(".")
-    if section not in CHANGING or len(names) < LEAST_NAMES:
+    if section not in CHANGING or not names[1:]:  # of the part, and of its key
         hint = f"{' or '.join(CHANGING)}, a name and a key, with dots between; or gravity"
         yield Mistake(("set", key), f"'{key}' can't be set", hint, on_key=True)
         return
