@@ -372,7 +372,7 @@ def _within(touches: Intervals, film: Film) -> Intervals:
 
 
 def strength(touches: Intervals) -> FloatArray:
-    """Return the strengths (K,) of touches: peak force in N; of impacts, minus the N s."""
+    """Return the strengths (K,) of touches: peak force (N); for impacts, minus impulse (N s)."""
     return np.where(np.isfinite(touches.peak_force), touches.peak_force, -touches.impulse)
 
 
@@ -452,9 +452,9 @@ def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) 
 ROOM_AT_FACE = (0.06, 0.14)  # of the visible length: room below and above a face
 STRIKE_PART = 0.06  # of the picture: smallest visible length of a face
 BESIDE = 0.08  # of a guide's length: room before and behind a guide in its zoom
-MOST_FACES = 2  # struck faces with a zoom; more zooms would hide the mechanism
+MOST_FACES = 2  # most struck faces; of more, none has a zoom: zooms would hide the mechanism
 ROOM_ALONG = 1.5  # visible length of a face, as a multiple of the length of its touches
-SLIDES = 0.15  # of the picture: longest zoom on a face; a longer one would enlarge too little
+SLIDES = 0.15  # of the picture: longest zoom on a face; longer ones would enlarge too little
 
 
 @dataclass(frozen=True)
@@ -503,7 +503,7 @@ def zooms_of(film: Film, take: Take) -> list[Zoom]:
 
 def _at_face(film: Film, take: Take, face: FaceContact, touching: Touching) -> Zoom:
     """Return the zoom on the part of a face that is touched in a film; its free side is above."""
-    # The free side, at the left from start to end, shall be above.
+    # The free side is left of the line from start to end; the zoom has it above.
     start, end = (face.end, face.start) if face.side < 0 else (face.start, face.end)
     view = Viewpoint(start, float(np.arctan2(end.y - start.y, end.x - start.x)))
     instants = _while_touching(film, take, touching)
