@@ -1,7 +1,7 @@
-"""Animations of a run, or of two over each other: a page with a player, a GIF, a video.
+"""Animations of one run, or of two runs over each other: a page with a player, a GIF, a video.
 
-`film_of` says what is shown. `film_bytes` is the content of a file; `player` is a fragment of HTML
-for another page.
+`film_of` returns the contents of an animation. `film_bytes` returns the content of a file;
+`player` returns a fragment of HTML for another page.
 """
 
 from exudyn_flexlink.animation.film import Film, FilmError, Slow, Take, film_of

@@ -1,8 +1,8 @@
-"""What an animation shows: a run, or two over each other, with touches, slow motion and zooms.
+"""Contents of an animation: one run, or two over each other, with touches, slow motion, zooms.
 
-Slow motion is in stretches of time around strikes, and touches in joints with clearance. Zooms, in
-panels below the picture, are of guides with clearance and of struck faces; each is seen from its
-part, with walls or face along the x-axis.
+Slow motion applies to stretches of time around strikes, and around touches in joints with
+clearance. Zooms are panels below the picture. They show guides with clearance and struck faces,
+each in the axes of its part, with walls or face along the x-axis.
 """
 
 from __future__ import annotations
@@ -58,18 +58,18 @@ from exudyn_flexlink.scene import Scene, stage_scenes
 from exudyn_flexlink.source import did_you_mean
 
 ANY = "strike"
-"""What stands for the strikes of all contacts, unless a contact has that name."""
+"""Name that stands for the strikes of all contacts, unless a contact has this name."""
 
-BEFORE, AFTER = 0.3, 1.0  # of its duration: how long before and after a strike is seen, too
-BRIEFEST, LONGEST = 0.004, 0.03  # of the run: a strike is seen no shorter, as an impact would be,
-# and no longer: of what then lies on the other, the begin
+BEFORE, AFTER = 0.3, 1.0  # of a strike's duration: time that a stretch adds before and after it
+BRIEFEST, LONGEST = 0.004, 0.03  # of the run: limits of the duration in a stretch.
+# An impact has no duration, but must be visible; of a long contact only the begin is slow.
 
 
 @dataclass(frozen=True)
 class Slow:
-    """Asks for slow motion: a contact, or joint with clearance, by its name; which of its strikes.
+    """A request for slow motion: the name of a contact or of a joint with clearance.
 
-    `number` counts from 1; None: all of them.
+    `number` chooses one of its strikes, counted from 1; None: all of them.
     """
 
     name: str = ANY
@@ -80,7 +80,7 @@ class Slow:
         """Read 'NAME', or 'NAME:2' for the second strike.
 
         Raises:
-            ValueError: what follows the colon is no number from 1.
+            ValueError: the text after the colon is no number from 1.
 
         """
         name, colon, number = text.partition(":")
@@ -92,27 +92,27 @@ class Slow:
 
     @property
     def text(self) -> str:
-        """What is asked for, in words."""
+        """The request in words."""
         return f"'{self.name}'" if self.number is None else f"'{self.name}' number {self.number}"
 
 
 class Stretch(NamedTuple):
-    """From `begin` to `end`, s."""
+    """Time from `begin` to `end`, s."""
 
     begin: float
     end: float
 
 
 def around_strikes(result: Result) -> tuple[Stretch, ...]:
-    """Stretches of time around the strikes of all contacts."""
+    """Return the stretches of time around the strikes of all contacts."""
     return _joined(result, _strikes(result, *result.scene.all_contacts))
 
 
 def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
-    """Stretches of time that slow motion is asked for.
+    """Return the stretches of time that a request for slow motion selects.
 
     Raises:
-        ValueError: there are none.
+        ValueError: it selects none.
 
     """
     known = {name: _strikes(result, name) for name in result.scene.all_contacts}
@@ -143,13 +143,13 @@ def around(result: Result, asked: Slow) -> tuple[Stretch, ...]:
 
 
 def _strikes(result: Result, *contacts: str) -> list[tuple[float, float]]:
-    """Begins and ends (s) of the strikes of some contacts, in order."""
+    """Return the begins and ends (s) of the strikes of some contacts, in order."""
     all_strikes = [strike for name in contacts for strike in strikes(result, name)]
     return sorted((strike.begin, strike.end) for strike in all_strikes)
 
 
 def _joined(result: Result, strikes_: list[tuple[float, float]]) -> tuple[Stretch, ...]:
-    """Stretches around strikes in order; those that meet are one."""
+    """Return stretches around strikes in order; overlapping stretches become one."""
     least, most = np.array([BRIEFEST, LONGEST]) * float(result.time[-1] - result.time[0])
     stretches: list[Stretch] = []
     for begin, end in strikes_:
@@ -163,9 +163,9 @@ def _joined(result: Result, strikes_: list[tuple[float, float]]) -> tuple[Stretc
 
 
 KINDS = ("curve", "face", "wall", "guide", "spring", "rope", "stop", "ring", "spoke", "bar", "link")
-"""Kinds of lines, those in front last."""
-LOOKS = 400  # instants at which the room that a mechanism takes is looked at
-BELOW = 0.1  # of the size of what is shown, below: there stands a length that sizes are read by
+"""Kinds of lines; kinds in front come last."""
+LOOKS = 400  # instants from which the box of a picture is computed
+BELOW = 0.1  # of the box: margin below, with room for a scale of lengths
 
 
 class FilmError(ValueError):
@@ -174,7 +174,7 @@ class FilmError(ValueError):
 
 @dataclass(frozen=True)
 class Take:
-    """A run as it is shown: by a name, and in a colour of its own; None: each body has its own."""
+    """A run in an animation: its name, and its colour; None: each body has a colour of its own."""
 
     result: Result
     name: str
@@ -182,76 +182,76 @@ class Take:
 
     @cached_property
     def model(self) -> Mechanism:
-        """The mechanism of its scene."""
+        """Mechanism of its scene."""
         return build_mechanism(self.result.scene)
 
     @property
     def watched(self) -> Anchor:
-        """The point S, whose trail is drawn."""
+        """The point S, which has a trail."""
         return self.named["S"]
 
     def poses(self, times: FloatArray) -> FloatArray:
-        """Poses (K, parts, 3) at instants (K,) s; see `Result.poses`. Exact at samples."""
+        """Return poses (K, parts, 3) at instants (K,) s, exact at samples; see `Result.poses`."""
         run = self.result
         return between_samples(run.time, run.poses, run.rates, times)
 
     def crank(self, times: FloatArray) -> FloatArray | None:
-        """Angle (K,) rad of the crank at instants; None without one."""
+        """Return the angle (K,) rad of the crank at instants (K,) s; None without a crank."""
         if crank_joint(self.result.scene) is None:
             return None
         return np.interp(times, self.result.time, crank_angle(self.result))
 
     @cached_property
     def lines(self) -> list[Drawn]:
-        """Lines of the mechanism, those in front last."""
+        """Lines of the mechanism; those in front come last."""
         lines = drawn_lines(self.result.scene, self.model)
         coloured = [replace(drawn, colour=self.colour or drawn.colour) for drawn in lines]
         return sorted(coloured, key=lambda drawn: KINDS.index(drawn.kind))
 
     @cached_property
     def marks(self) -> list[Mark]:
-        """Marks of the joints; those of the ground first."""
+        """Marks of the joints; those of the ground come first."""
         joints_marked = joint_marks(self.result.scene, self.model)
         return sorted(joints_marked, key=lambda mark: "ground" not in mark.kind)
 
     def spans(self, thing: Drawn | Mark) -> list[Stretch]:
-        """Spans (s) in which a line or a mark is there: its part may come, or go, with a stage."""
+        """Return the spans (s) in which a line or a mark exists; stages may add or remove it."""
         return [span for span, things in self._in_stages if _key(thing) in things]
 
     def is_there(self, thing: Drawn | Mark, time: float) -> bool:
-        """Tell whether a line or a mark is there at an instant (s)."""
+        """Whether a line or a mark exists at an instant (s)."""
         return any(begin <= time < end for begin, end in self.spans(thing))
 
     @cached_property
     def _in_stages(self) -> list[tuple[Stretch, set[tuple[object, ...]]]]:
-        """Spans of all stages, and what is drawn in each."""
+        """Spans of all stages, and the keys of their lines and marks."""
         begins = [-inf, *(begin for begin, _ in self.result.stages), inf]
         spans = [Stretch(*span) for span in pairwise(begins)]
-        scenes = stage_scenes(self.result.scene)  # more than spans where a stage never came
+        scenes = stage_scenes(self.result.scene)  # more than spans if a run ends early
         return [(span, _drawn_in(scene)) for span, scene in zip(spans, scenes, strict=False)]
 
     @cached_property
     def named(self) -> dict[str, Anchor]:
-        """Points that the paper names; the origin only where the paper's slot is."""
+        """Points that the paper names; the origin only if the scene has the paper's slot."""
         anchors = named_points(self.result.scene, self.model)
         return {
             name: anchor for name, anchor in anchors.items() if name != "O" or self.model.all_slots
         }
 
     def points(self, begin: float, end: float) -> list[FloatArray]:
-        """Points (..., 2) m of all that is drawn between two instants."""
+        """Return points (..., 2) m of all lines between two instants (s)."""
         poses = self.poses(np.linspace(begin, end, LOOKS))
         ends = [np.array([anchor.x, anchor.y]) for anchor in pivots(self.model)]
         return [*(drawn.line.at(poses) for drawn in self.lines), *ends]
 
 
 def _key(thing: Drawn | Mark) -> tuple[object, ...]:
-    """What tells a line, or a mark, of one stage from all others of that."""
+    """Return a key that identifies a line, or a mark, within its stage."""
     return (thing.kind, thing.line.name) if isinstance(thing, Drawn) else (thing.kind, thing.anchor)
 
 
 def _drawn_in(scene: Scene) -> set[tuple[object, ...]]:
-    """Keys of all that is drawn in a stage."""
+    """Return the keys of all lines and marks of a stage."""
     model = build_mechanism(scene)
     things: list[Drawn | Mark] = [*drawn_lines(scene, model), *joint_marks(scene, model)]
     return {_key(thing) for thing in things}
@@ -259,9 +259,9 @@ def _drawn_in(scene: Scene) -> set[tuple[object, ...]]:
 
 @dataclass(frozen=True)
 class Film:
-    """One take, or two over each other, from `begin` to `end` (s), with slow motion in places.
+    """One run, or two over each other, from `begin` to `end` (s), with slow motion in stretches.
 
-    `slow` are the stretches of time that are slowed down, `strikes` those that may be.
+    Time in the stretches `slow` is slowed down; `strikes` are the stretches that may be slowed.
     """
 
     takes: tuple[Take, ...]
@@ -278,19 +278,19 @@ class Film:
 
     @cached_property
     def horizon(self) -> tuple[float, str] | None:
-        """Instant (s) from which on one of the runs is not known well enough, and why."""
+        """Instant (s) from which one of the runs is not known well enough, and the reason."""
         horizons = [beyond for take in self.takes if (beyond := horizon(take.result)) is not None]
         return min(horizons, default=None)
 
     @property
     def doubts(self) -> str:
-        """What is doubtful of each run, in words; or nothing."""
+        """Doubts about each run, in words; empty without doubts."""
         doubts = [(f"{take.name}: ", doubts_of(take.result)) for take in self.takes]
         return "; ".join(name * (len(doubts) > 1) + doubt for name, doubt in doubts if doubt)
 
     @cached_property
     def largest(self) -> tuple[float, float]:
-        """Largest force (N) and impulse (N s) of all touches; 0 where there is none."""
+        """Largest force (N) and largest impulse (N s) of all touches; 0 if there is none."""
         histories = [touching for take in self.takes for touching in touching_of(self, take)]
         values = np.concatenate(
             [np.zeros(1), *(strength(touching.touches) for touching in histories)]
@@ -298,7 +298,7 @@ class Film:
         return float(values.max()), float(-values.min())
 
     def part(self, value: float) -> float:
-        """How strong a touch is, see `strength`, as a part of the largest of its kind."""
+        """Return the strength of a touch (see `strength`) over the largest of its kind."""
         largest = self.largest[value < 0]
         return abs(value) / largest if largest > 0 else 0.0
 
@@ -311,11 +311,12 @@ class Film:
 
 @dataclass(frozen=True)
 class Touching:
-    """What touches in one contact of the scene, or in a joint with clearance.
+    """The touches of one contact of the scene, or of one joint with clearance.
 
-    `touches` are those within the film. `contact` tells where, of two parts; of a guide it is None,
-    and `places` are those of its pairs. `force` (N, k) are the forces of its pairs at the samples
-    of the run, of a contact one column, in its `unit`: N m of a hinge's stop.
+    `touches` are those within the film. `contact` gives the place of a contact between two parts;
+    it is None for a guide, which has the `places` of its pairs instead. `force` (N, k) has the
+    force of each pair at the samples of the run; a contact has one column. Its `unit` is N m for
+    the stop of a hinge.
     """
 
     name: str
@@ -326,7 +327,7 @@ class Touching:
     unit: str = "N"
 
     def spots(self, take: Take, times: FloatArray) -> FloatArray:
-        """Places (K, pairs, 2) m of its pairs at instants (K,) s."""
+        """Return the places (K, pairs, 2) m of its pairs at instants (K,) s."""
         poses = take.poses(times)
         if self.places is not None:
             return self.places.at(poses)
@@ -334,13 +335,13 @@ class Touching:
         return spot_of(self.contact, poses)[:, None]
 
     def forces(self, take: Take, times: FloatArray) -> FloatArray:
-        """Forces (K, pairs) of its pairs at instants (K,) s."""
+        """Return the forces (K, pairs) of its pairs at instants (K,) s."""
         instants = take.result.time
         return np.stack([np.interp(times, instants, force) for force in self.force.T], axis=1)
 
 
 def touching_of(film: Film, take: Take) -> list[Touching]:
-    """All that can touch in a take: contacts of the scene, and joints with clearance."""
+    """Return all contacts of a run's scene, and all its joints with clearance."""
     result, model = take.result, take.model
     all_touching = []
     for contact in (*model.contacts, *model.bearings):
@@ -371,12 +372,12 @@ def _within(touches: Intervals, film: Film) -> Intervals:
 
 
 def strength(touches: Intervals) -> FloatArray:
-    """How strong touches are (K,): peak force in N; of an impact, which has none, minus its N s."""
+    """Return the strengths (K,) of touches: peak force (N); for impacts, minus impulse (N s)."""
     return np.where(np.isfinite(touches.peak_force), touches.peak_force, -touches.impulse)
 
 
 def spot_of(contact: Contact, poses: FloatArray) -> FloatArray:
-    """Where a contact touches, or is nearest to it, (..., 2) m: the edge of its first part."""
+    """Return the place (..., 2) m of a touch, or the nearest one: on the edge of the first part."""
     round_parts = circles_of(contact)
     if isinstance(contact, FlatContact):
         look = approach(contact, poses, np.zeros_like(poses))
@@ -397,13 +398,13 @@ def film_of(
     window: tuple[float | None, float | None] = (None, None),
     slow: Slow | None = None,
 ) -> Film:
-    """Return what is shown of a run, with `other` over it.
+    """Return the film of a run, with `other` over it.
 
-    `window` is from when to when (s), None: from the begin, to the end of the shorter run. `names`
-    are those of both runs, by default their engines. `slow` asks for slow motion.
+    `window` has the begin and the end (s); None: the begin, and the end of the shorter run. `names`
+    are the names of both runs, by default their engines. `slow` requests slow motion.
 
     Raises:
-        FilmError: there is nothing to show, or nothing of what was asked for; all mistakes at once.
+        FilmError: there is nothing to show, or a request can't be met; it lists all mistakes.
 
     """
     takes, (begin, end) = _takes(result, other, names), window
@@ -438,7 +439,7 @@ def film_of(
 
 
 def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) -> tuple[Take, ...]:
-    """One run in the colours of its bodies, or two, each in a colour of its own."""
+    """Return one run in the colours of its bodies, or two, each in a colour of its own."""
     if other is None:
         return (Take(result, result.engine, None),)
     first, second = names or (result.engine, other.engine)
@@ -448,19 +449,19 @@ def _takes(result: Result, other: Result | None, names: tuple[str, str] | None) 
     return Take(result, first, first_colour), Take(other, second, second_colour)
 
 
-ROOM_AT_FACE = (0.06, 0.14)  # of the length that is seen: the zoom on a face, below and above it
-STRIKE_PART = 0.06  # of the picture: the length of a face that is seen, or more
-BESIDE = 0.08  # of its length: how much of the zoom is before and behind a guide
-MOST_FACES = 2  # of as many struck faces each has a zoom: those of more would hide the mechanism
-ROOM_ALONG = 1.5  # of where touches are along a face: the length of it that is seen
-SLIDES = 0.15  # of the picture: the zoom on touches that go along more is not much larger than it
+ROOM_AT_FACE = (0.06, 0.14)  # of the visible length: room below and above a face
+STRIKE_PART = 0.06  # of the picture: smallest visible length of a face
+BESIDE = 0.08  # of a guide's length: room before and behind a guide in its zoom
+MOST_FACES = 2  # most struck faces; of more, none has a zoom: zooms would hide the mechanism
+ROOM_ALONG = 1.5  # visible length of a face, as a multiple of the length of its touches
+SLIDES = 0.15  # of the picture: longest zoom on a face; longer ones would enlarge too little
 
 
 @dataclass(frozen=True)
 class Zoom:
-    """A zoom on the contact or joint `name`: what it shows `along` its x-axis, and `across`, m.
+    """A zoom on the contact or joint `name`: its ranges `along` its x-axis and `across`, m.
 
-    `channel` is the guide with clearance that it shows; None: a face, which `point` may strike.
+    `channel` is its guide with clearance. It is None for a face, which `point` may strike.
     """
 
     name: str
@@ -473,17 +474,17 @@ class Zoom:
 
     @property
     def length(self) -> float:
-        """What it shows along its x-axis, m."""
+        """Length of the zoom along its x-axis, m."""
         return self.along[1] - self.along[0]
 
     @property
     def words(self) -> str:
-        """What it shows, in words."""
+        """Caption of the zoom."""
         return f"in {self.name}" if self.channel is not None else f"at {self.name}"
 
 
 def zooms_of(film: Film, take: Take) -> list[Zoom]:
-    """Zooms of a take: its guides with clearance, and its faces that are struck in the film."""
+    """Return the zooms of a run: guides with clearance, and faces that are struck in the film."""
     struck = {
         touching.name: touching for touching in touching_of(film, take) if len(touching.touches)
     }
@@ -501,8 +502,8 @@ def zooms_of(film: Film, take: Take) -> list[Zoom]:
 
 
 def _at_face(film: Film, take: Take, face: FaceContact, touching: Touching) -> Zoom:
-    """The part of a face that is touched in a film, what strikes it above."""
-    # Seen so that the free side, which is left of the way from start to end, is above.
+    """Return the zoom on the part of a face that is touched in a film; its free side is above."""
+    # The free side is left of the line from start to end; the zoom has it above.
     start, end = (face.end, face.start) if face.side < 0 else (face.start, face.end)
     view = Viewpoint(start, float(np.arctan2(end.y - start.y, end.x - start.x)))
     instants = _while_touching(film, take, touching)
@@ -516,7 +517,7 @@ def _at_face(film: Film, take: Take, face: FaceContact, touching: Touching) -> Z
 
 
 def _while_touching(film: Film, take: Take, touching: Touching) -> FloatArray:
-    """Instants (K,) s of the film at which something touches: begins of touches, and samples."""
+    """Return the instants (K,) s of a film with a touch: begins of touches, and samples."""
     begin = np.sort(touching.touches.begin)
     time = np.clip(np.concatenate([take.result.time, begin]), film.begin, film.end)
     latest = np.searchsorted(begin, time, side="right") - 1

@@ -1,8 +1,8 @@
-"""The frames of a film as pixels: a still background is drawn once, the rest at each frame.
+"""Frames of a film as pixels: a fixed background is drawn once, moving parts in each frame.
 
-Mechanism, S and glowing touches are drawn into axes in metres; panels below show guides with
-clearance and struck faces, larger, and touches over time. Sizes are in pixels of a picture that is
-`WIDE` pixels wide, times `thick`.
+The mechanism, the point S and glowing touches are drawn into axes in metres. Panels below enlarge
+guides with clearance and struck faces, and show touches over time. Sizes are in pixels of a
+picture `WIDE` pixels wide, times `thick`.
 """
 
 from __future__ import annotations
@@ -43,39 +43,39 @@ from exudyn_flexlink.plots.outline import (
 )
 from exudyn_flexlink.plots.panels import BEYOND, length_unit
 
-# How animations look, the same in every format:
+# Look of animations in every format:
 INK, PALE, TOUCH, GLOW = BLACK, GREY, "#E5401A", "#FF7A22"
 
 WIDTHS = {"curve": 1.4, "face": 5.0, "wall": 2.6, "guide": 9.0, "spring": 1.5, "ring": 1.6,
           "rope": 1.5, "stop": 4.0, "spoke": 1.2, "bar": 3.0, "link": 3.0}  # fmt: skip
 """Widths of lines, in pixels of a picture that is `WIDE` pixels wide."""
 WIDE = 620.0
-THINNEST, BROADEST = 0.75, 1.5  # times those widths, in small and in large pictures
+THINNEST, BROADEST = 0.75, 1.5  # factors of these widths in small and in large pictures
 PALENESS = {"curve": 0.85, "face": 0.35, "spoke": 0.6, "guide": 0.8}
-"""Opacity of lines, where it is not 1."""
-HALO, HALO_PALE = 8.0, 0.2  # width and opacity of what is around a bar
+"""Opacity of lines; other lines have 1."""
+HALO, HALO_PALE = 8.0, 0.2  # width and opacity of the halo around a bar
 
-BAND, BAND_PALE = 2.4, 0.4  # of two runs the first is a band, so many times as wide and as opaque,
-THIN = 0.8  # on which the second is a line so many times as wide
+BAND, BAND_PALE = 2.4, 0.4  # factors of width and opacity of the first of two runs
+THIN = 0.8  # factor of the width of the second run, a line on this band
 
-TRAIL_SECONDS = 1.6  # of the film without slow motion: how long the trail of S stays dark
-ARROW = (7.0, 15.0)  # pixels: length of an arrow in the zoom, and what the largest force adds
-OFF_WALL = 11.0  # pixels, at least, from a wall to the middle of a number beside an arrow
-BESIDE = 4.0  # pixels, from a glow to its number
-BELOW = (13.0, 26.0, 39.0)  # pixels, from a touch down to its number: what hides least is chosen
-SPOT = 5.0  # pixels, between two spots of a line that numbers keep off
-NAME_UP = 13.0  # pixels, from a point up to the middle of its name
-MARK_UP = (-5.0, -11.0)  # pixels, from a joint up to two spots of its mark, which is below
+TRAIL_SECONDS = 1.6  # s of the film without slow motion: time for which the trail of S stays dark
+ARROW = (7.0, 15.0)  # pixels: shortest arrow in a zoom, and what the largest force adds
+OFF_WALL = 11.0  # pixels: least distance from a wall to a number beside an arrow
+BESIDE = 4.0  # pixels: from a glow to its number
+BELOW = (13.0, 26.0, 39.0)  # pixels: from a touch down to its number; the choice hides least
+SPOT = 5.0  # pixels: numbers keep off spots of a line; this is the distance of two spots
+NAME_UP = 13.0  # pixels: from a point up to the middle of its name
+MARK_UP = (-5.0, -11.0)  # pixels: from a joint up to two spots of its mark, which is below it
 
-DOTS = 100  # pixels in an inch
-POINTS = 72 / DOTS  # in a pixel
-NAMED_TOGETHER = 0.03  # of the picture: points nearer than this are named together
-_RIM = ("white", 3.0)  # colour and width of what is around words
-_LAYERS = ((1.0, 0.22), (0.72, 0.3), (0.42, 0.5))  # of a glow: parts of its radius, and opacity
+DOTS = 100  # pixels per inch
+POINTS = 72 / DOTS  # points per pixel
+NAMED_TOGETHER = 0.03  # of the picture: points nearer than this share one label
+_RIM = ("white", 3.0)  # colour and width of the rim around words
+_LAYERS = ((1.0, 0.22), (0.72, 0.3), (0.42, 0.5))  # of a glow: parts of its radius; opacities
 
 
 def look_data() -> dict[str, object]:
-    """Return what the player needs of it."""
+    """Return the constants of this look that the player needs."""
     return {
         "ink": INK, "pale": PALE, "touch": TOUCH, "widths": WIDTHS, "wide": WIDE,
         "thinnest": THINNEST, "broadest": BROADEST, "paleness": PALENESS,
@@ -87,15 +87,15 @@ def look_data() -> dict[str, object]:
 
 
 def thickness(width: float) -> float:
-    """How many times as wide lines are in a picture of a width in pixels."""
+    """Return the factor of line widths in a picture of a width in pixels."""
     return min(max(width / WIDE, THINNEST), BROADEST)
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where something is drawn: axes in m, how thick, and which of two runs; -1: there is one.
+    """Axes in m for one run: factor of widths, and number of two runs; -1 if there is only one.
 
-    A zoom has a viewpoint, from which it shows all places; the picture itself has none.
+    A zoom has a viewpoint, in whose axes all its places are; the picture itself has none.
     """
 
     axes: Axes
@@ -104,30 +104,30 @@ class Place:
     view: Viewpoint | None = None
 
     def seen(self, points: FloatArray, poses: FloatArray) -> FloatArray:
-        """Points (..., n, 2) m of the ground in these axes, with the parts at `poses`."""
+        """Transform points (..., n, 2) m of the ground to these axes, with parts at `poses`."""
         return points if self.view is None else self.view.seen(points, poses)
 
     def points(self, pixels: float) -> float:
-        """A size in points, of one in pixels."""
+        """Convert a size in pixels to points."""
         return POINTS * self.thick * pixels
 
     @property
     def wide_and_pale(self) -> tuple[float, float]:
-        """Of two runs the first is a broad pale band, on which the second is a line."""
+        """Factors of width and opacity; the first of two runs is a band, the second a line."""
         return {-1: (1.0, 1.0), 0: (BAND, BAND_PALE), 1: (THIN, 1.0)}[self.rank]
 
     def write(
         self, text: str, spot: FloatArray, away: tuple[float, float], size: float, **look: Any
     ) -> Annotation:
-        """Write words at a place in m, `away` from it by points; with a rim, to be read on lines.
+        """Write words at a place in m, shifted by `away` (points), with a rim for legibility.
 
-        Those of a zoom are not seen where their place is out of it.
+        Words in a zoom are hidden if their place is outside it.
         """
         return self.axes.annotate(
             text, (float(spot[0]), float(spot[1])), away, textcoords="offset points", zorder=9,
             fontsize=self.points(size), annotation_clip=self.view is not None,
             path_effects=[withStroke(foreground=_RIM[0], linewidth=self.points(_RIM[1]))],
-            snap=False, **{"color": INK, **look},  # snapped to pixels, the lines of an E vanish
+            snap=False, **{"color": INK, **look},  # snapped to pixels, an E would lose lines
         )  # fmt: skip
 
 
@@ -152,7 +152,7 @@ _MARKS: dict[str, list[tuple[dict[str, Any], float]]] = {
 
 
 def draw_mechanism(place: Place, shots: Shots, frame: int) -> None:
-    """Draw the mechanism of one take, what is in front last."""
+    """Draw the mechanism of one run; parts in front come last."""
     model, poses = shots.take.model, shots.poses[frame]
     for channel in walled(model):
         upper, lower = (place.seen(wall.at(poses), poses) for wall in wall_lines(model, channel))
@@ -168,7 +168,7 @@ def draw_mechanism(place: Place, shots: Shots, frame: int) -> None:
 
 
 def _draw_line(place: Place, drawn: Drawn, poses: FloatArray) -> None:
-    """Draw a line; around a bar is a halo, a circle is filled."""
+    """Draw a line; a bar has a halo, a circle is filled."""
     kind, axes, (wide, pale) = drawn.kind, place.axes, place.wide_and_pale
     points = place.seen(drawn.line.at(poses), poses)
     points = coil(points) if kind == "spring" else points
@@ -195,7 +195,7 @@ def _draw_mark(place: Place, mark: Mark, poses: FloatArray) -> None:
 
 
 def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
-    """Draw S and the names of the points that the paper names, in a picture `size` (m) large."""
+    """Draw S and the names of the paper's points, in a picture `size` (m) large."""
     poses = shots.poses[frame]
     spots = {
         name: place.seen(anchor_position(anchor, poses)[None], poses)[0]
@@ -211,7 +211,7 @@ def draw_points(place: Place, shots: Shots, size: float, frame: int) -> None:
 
 
 def draw_trail(place: Place, shots: Shots, frame: int) -> None:
-    """Draw what S went last."""
+    """Draw the last part of the path of S."""
     frames, (times, path) = shots.frames, shots.path
     now, lasts = frames.times[frame], TRAIL_SECONDS * frames.speed
     first, last = np.searchsorted(times, [now - lasts, now])
@@ -227,7 +227,7 @@ def draw_trail(place: Place, shots: Shots, frame: int) -> None:
 
 
 def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
-    """Draw touches, or `only` those of one name: a glow as large as the force, and the force."""
+    """Draw touches, or `only` those of one name: the force, and a glow that grows with it."""
     glows = [glow for glow in shots.glows(frame) if only in ("", glow.name)]
     spots = _spots(place, shots, frame) if any(glow.text for glow in glows) else np.empty((0, 2))
     for glow in glows:
@@ -243,13 +243,13 @@ def draw_glows(place: Place, shots: Shots, frame: int, only: str = "") -> None:
             number = place.write(glow.text, spot, (0, 0), 13, color=TOUCH, alpha=fresh,
                                  weight="bold", va="center", ha="center")  # fmt: skip
             box = _put_beside(place, number, radius, spots)
-            # Another number keeps off this one; what is on the edge of a box is not inside it.
+            # Later numbers keep off this one; corners on the edge of a box are not inside it.
             rim = box.padded(-1).corners()[[0, 2, 3, 1]]
             spots = np.concatenate([spots, spots_along(rim, SPOT)])
 
 
 def _spots(place: Place, shots: Shots, frame: int) -> FloatArray:
-    """Spots (N, 2) of a picture, in pixels, that numbers keep off: of lines, marks and names."""
+    """Return spots (N, 2) in pixels that numbers keep off: spots of lines, marks and names."""
     poses, model = shots.poses[frame], shots.take.model
     lines = [drawn.line for drawn in shots.take.lines]
     lines += [wall for channel in walled(model) for wall in wall_lines(model, channel)]
@@ -265,9 +265,9 @@ def _spots(place: Place, shots: Shots, frame: int) -> FloatArray:
 
 
 def _put_beside(place: Place, number: Annotation, radius: float, spots: FloatArray) -> Bbox:
-    """Put a number beside a glow of a radius, where it hides the fewest spots; returns its box.
+    """Put a number beside a glow of a radius, where it hides the fewest spots; return its box.
 
-    Names of points are above: numbers are below, of two runs those of the second alone.
+    Names of points are above, so numbers are below. Of two runs, only the second has numbers.
     """
     [middle] = place.axes.transData.transform([number.xy])
     half = np.array(number.get_window_extent().size) / 2
@@ -290,15 +290,15 @@ def _put_beside(place: Place, number: Annotation, radius: float, spots: FloatArr
     return best
 
 
-EDGE = 0.02  # of the width, beside the line
-LEAST = 0.15  # of its height: a touch is no lower
-TOP, BOTTOM = 0.9, 0.25  # of the height
+EDGE = 0.02  # of the width: margin beside the line of time
+LEAST = 0.15  # of its height: lowest touch
+TOP, BOTTOM = 0.9, 0.25  # of the panel's height: limits of the line of time
 
 
 class ZoomPanel:
-    """The zoom of a name, of one run or of two over each other.
+    """The zoom of a name, for one run or for two over each other.
 
-    `scale` is that of the picture above, pixels per m.
+    `scale` is the scale of the picture above, pixels per m.
     """
 
     def __init__(self, place: Place, takes: Sequence[Shots], name: str, scale: float) -> None:
@@ -312,7 +312,7 @@ class ZoomPanel:
         self._states = contact_states(takes[0].take.result, name) if alone else None
 
     def draw(self, frame: int) -> None:
-        """Draw what moves, at a frame."""
+        """Draw the moving parts of a frame."""
         axes, drawn_texts = self._place.axes, self._caption
         if self._states is not None:
             now = self._states.at(self._takes[0].frames.times[frame : frame + 1])[0]
@@ -335,7 +335,7 @@ class ZoomPanel:
                 draw_points(place, shots, zoom.length, frame)
 
     def _away(self, frame: int) -> str:
-        """How far off the point that may strike is, as long as it is outside the zoom on a face."""
+        """Return the distance of the point that may strike, if it is outside the zoom on a face."""
         zoom, shots = self._zooms[0], self._takes[0]
         assert zoom.point is not None
         poses = shots.poses[frame]
@@ -348,13 +348,13 @@ class ZoomPanel:
 
 
 def _fit(place: Place, zoom: Zoom, scale: float) -> str:
-    """Let axes show a zoom; tells how much larger it is.
+    """Set the limits of axes to a zoom; return the text of its magnification.
 
-    A guide is larger across than along where there is room, a face never, or angles would be wrong.
+    A guide may be larger across than along. A face never is, because that would distort angles.
     """
     axes = place.axes
     room = axes.get_window_extent()
-    head = 20 * place.thick  # pixels: the line of words
+    head = 20 * place.thick  # pixels: height of the line of words
     low, high = zoom.across
     across = (room.height - head) / (high - low)
     along = min(room.width / zoom.length, across)
@@ -371,7 +371,7 @@ def _fit(place: Place, zoom: Zoom, scale: float) -> str:
 
 
 def draw_walls(place: Place, channel: Channel) -> None:
-    """Draw what stands still in a zoom: walls, the room between them, and its middle."""
+    """Draw the fixed parts of a zoom on a guide: walls, the room between them, and its middle."""
     axes, ends, c = place.axes, [0, channel.length], channel.clearance
     axes.fill_between(ends, -c, c, color="#A9A9A9", alpha=0.14, linewidth=0)
     for y in (c, -c):
@@ -380,7 +380,7 @@ def draw_walls(place: Place, channel: Channel) -> None:
 
 
 def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -> None:
-    """Draw a link between the walls of its guide, and arrows for the forces on it."""
+    """Draw a link between the walls of its guide, with arrows for the forces on it."""
     poses, (wide, pale) = shots.poses[frame], place.wide_and_pale
     nodes = place.seen(through(channel.name, *channel.nodes).at(poses), poses)
     place.axes.plot(*nodes.T, color=shots.take.colour or BLUE, alpha=pale, marker=".",
@@ -391,7 +391,7 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
     tips, sides = place.seen(link.places.at(poses), poses), channel.sides
     for pair in np.flatnonzero(force > 0).tolist():
         strong = min(shots.film.part(float(force[pair])), 1.0) ** 0.5
-        # Arrows press on the link: down from the upper wall, up from the lower.
+        # Arrows press on the link: downwards from the upper wall, upwards from the lower wall.
         up = sides[pair] * place.points(ARROW[0] + ARROW[1] * strong)
         off = sides[pair] * max(abs(up), place.points(OFF_WALL))
         arrow = {"arrowstyle": "-|>", "color": TOUCH, "linewidth": place.points(2.2),
@@ -400,7 +400,7 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
             "", tuple(tips[pair]), (0, up), textcoords="offset points", arrowprops=arrow,
             annotation_clip=False,
         )  # fmt: skip
-        # Between its ends the guide keeps the link away from what is outside the walls.
+        # Numbers lie outside the walls, towards the guide's middle: no link is there.
         left = tips[pair, 0] > channel.length / 2
         place.write(
             f"{force[pair]:.3g} N", tips[pair], ((-1) ** left * place.points(7), off), 12,
@@ -409,7 +409,7 @@ def draw_walled_link(place: Place, shots: Shots, channel: Channel, frame: int) -
 
 
 def draw_timeline(place: Place, takes: Sequence[Shots]) -> None:
-    """Draw the line of time: touches as high as their force."""
+    """Draw the line of time; the height of a touch grows with its force."""
     axes, film = place.axes, takes[0].film
     span = film.end - film.begin
     margin = EDGE * span / (1 - 2 * EDGE)
@@ -446,13 +446,13 @@ def draw_instant(place: Place, time: float) -> None:
 
 Pixels = NDArray[np.uint8]
 
-HEAD, ZOOM, LINE = 30.0, 112.0, 26.0  # pixels: heights of the words, of a zoom, of the line
+HEAD, ZOOM, LINE = 30.0, 112.0, 26.0  # pixels: heights of the words, of a zoom, of the line of time
 _FONT: dict[Any, Any] = {"font.family": "sans-serif", "text.usetex": False}
-SCALE = 0.16  # of the width: the length that sizes are read by is no longer
+SCALE = 0.16  # of the width: longest scale of lengths
 
 
 class Picture:
-    """A picture `width` pixels wide of a film, at its frames; both sides are even."""
+    """A picture of a film at its frames, `width` pixels wide; both sides are even."""
 
     def __init__(self, film: Film, frames: Frames, width: int) -> None:
         self._film, self._frames = film, frames
@@ -492,7 +492,7 @@ class Picture:
         return len(self._frames.times)
 
     def frame(self, frame: int) -> Pixels:
-        """One frame, (height, width, 4): red, green, blue and 255, as canvas and ffmpeg know it."""
+        """Return a frame (height, width, 4): red, green, blue, 255, as canvas and ffmpeg expect."""
         with settings(_FONT):
             self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
             self._caption.set_text(self._text(frame))
@@ -506,7 +506,7 @@ class Picture:
         return np.array(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
 
     def _draw(self, frame: int) -> None:
-        """Draw what moves; what is in front last."""
+        """Draw the moving parts of a frame; parts in front come last."""
         runs = list(zip(self._places, self._shots, strict=True))
         for place, shots in runs:
             draw_trail(place, shots, frame)
@@ -520,14 +520,14 @@ class Picture:
         draw_instant(self._line, float(self._frames.times[frame]))
 
     def _room(self, bottom: float, height: float) -> Axes:
-        """Axes as wide as the picture, by places in pixels."""
+        """Return axes as wide as the picture; `bottom` and `height` are in pixels."""
         axes = self._figure.add_axes((0, bottom / self.height, 1, height / self.height))
         axes.set_axis_off()
         axes.set_autoscale_on(False)
         return axes
 
     def _fit(self) -> None:
-        """Show the film's box in the middle, and a length to read sizes by."""
+        """Fit the film's box into the middle of the picture, and draw a scale of lengths."""
         low, high = self._film.box
         room = self.axes.get_window_extent()
         scale = min(room.width / (high - low)[0], room.height / (high - low)[1])
@@ -559,7 +559,7 @@ class Picture:
         )  # fmt: skip
 
     def _words(self, head: float) -> None:
-        """The line of words at the top; of two runs also their names."""
+        """Write the line of words at the top; two runs also have their names there."""
         size, place = 13 * POINTS * self._thick, 1 - 0.5 * head / self.height
         x = 12 * self._thick / self.width
         self._caption = self._figure.text(x, place, "", va="center", fontsize=size, color=INK)
@@ -575,7 +575,7 @@ class Picture:
             right -= (extent.width + 14 * self._thick) / self.width
 
     def _text(self, frame: int) -> str:
-        """Time and crank angle of a frame, and how fast it plays."""
+        """Return time, crank angle and speed of a frame as text."""
         time, speed = self._frames.times[frame], self._frames.speeds[frame]
         digits = min(max(int(np.ceil(-np.log10(speed / 25))), 0), 9)
         words = [f"t = {time:.{digits}f} s"]

@@ -1,4 +1,4 @@
-"""Which instants are shown, how fast a film plays, and what its frames show of a take."""
+"""Instants and speeds of a film, and the contents of its frames."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from exudyn_flexlink.observables import crank_angle, turns
 from exudyn_flexlink.plots.outline import walled
 
 PRECISE = 1 / 4000  # of the picture: error of a path, a pixel of a large screen
-OF_CLEARANCE = 1 / 40  # of a clearance, which is drawn larger: error of a path
-MOST = 1_000_000  # numbers of all poses: a page of some 6 megabytes
-LOOSER = 1.6  # the allowed error grows by this factor until no more than MOST numbers are left
-SECONDS = 9.0  # of a film
-OF_A_TURN = 3.0  # s: the eye can't follow a crank that turns faster
-SLOW_SECONDS = 4.0  # duration of a stretch of slow motion in the film
-GLOW_SECONDS = 0.45  # time in the film for which a touch is seen after its end
-LABELLED = 0.12  # of the largest force: a weaker touch in a joint has no number beside it
+OF_CLEARANCE = 1 / 40  # of a clearance, which is enlarged: error of a path
+MOST = 1_000_000  # most numbers of all poses: a page of about 6 megabytes
+LOOSER = 1.6  # factor of the allowed error, repeated until at most MOST numbers remain
+SECONDS = 9.0  # s: duration of a film
+OF_A_TURN = 3.0  # s: shortest turn of a crank in a film; the eye can't follow a faster one
+SLOW_SECONDS = 4.0  # s: duration of a stretch of slow motion in the film
+GLOW_SECONDS = 0.45  # s of the film: a touch stays visible for this time after its end
+LABELLED = 0.12  # of the largest force: weaker touches in a joint have no number
 MOST_FRAMES = 50_000  # half an hour
-STEPS = (1.0, 2.0, 5.0, 10.0)  # of speeds, in each power of ten
+STEPS = (1.0, 2.0, 5.0, 10.0)  # speeds in each power of ten
 
 
 @dataclass(frozen=True)
 class Frames:
-    """The frames of a film. Frame k shows the run at `times[k]`, s, `seconds[k]`, s, into the film.
+    """The frames of a film. Frame k shows the run at `times[k]`, s.
 
-    There the film plays at `speeds[k]`, in s of the run per s of the film; without slow motion it
-    plays at `speed`. The arrays have the shape (K,).
+    Its time in the film is `seconds[k]`, s. `speeds[k]` is the speed there, in s of the run
+    per s of the film; `speed` is the speed without slow motion. The arrays have the shape (K,).
     """
 
     times: FloatArray
@@ -51,15 +51,15 @@ class Frames:
     speed: float
 
     def since(self, instants: FloatArray, frame: int) -> FloatArray:
-        """How long ago (s) in the film instants of the run were, at a frame; 0 if not yet."""
+        """Return the film's time (s) from instants of the run to a frame; 0 for later instants."""
         shown = np.interp(instants, self.times, self.seconds)
         return np.asarray(np.maximum(self.seconds[frame] - shown, 0.0))
 
 
 def usual_speed(film: Film) -> float:
-    """Return the usual speed of a film, 1, 2 or 5 times a power of ten.
+    """Return the usual speed of a film: 1, 2 or 5 times a power of ten.
 
-    The film lasts some seconds, and longer where a crank makes many turns.
+    The film lasts some seconds, and longer if a crank makes many turns.
     """
     result = film.takes[0].result
     seconds = SECONDS
@@ -73,7 +73,7 @@ def usual_speed(film: Film) -> float:
 
 
 def frames_of(film: Film, fps: float, speed: float) -> Frames:
-    """Return the frames of a film, `fps` in a second; the last shows its end.
+    """Return the frames of a film, `fps` per second; the last frame shows its end.
 
     Raises:
         FilmError: there are too many frames.
@@ -94,7 +94,7 @@ def frames_of(film: Film, fps: float, speed: float) -> Frames:
 
 
 def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
-    """Edges (K + 1,) s of intervals with one speed, and their speeds (K,)."""
+    """Return the limits (K + 1,) s of intervals with constant speed, and their speeds (K,)."""
     ends = (end for interval in film.slow for end in (interval.begin, interval.end))
     edges = np.unique([film.begin, *ends, film.end])
     speeds = np.full(len(edges) - 1, speed)
@@ -105,15 +105,15 @@ def _paces(film: Film, speed: float) -> tuple[FloatArray, FloatArray]:
 
 
 def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
-    """Instants (K,) s of a take, and the largest error (m) of straight lines between them.
+    """Return instants (K,) s to keep, and the largest error (m) of straight lines between them.
 
-    In a strike that a zoom shows the error is smaller by the zoom's factor.
+    During a strike that a zoom shows, the error is smaller by the zoom's factor.
     """
     instants = take.result.time
     inside = instants[(instants > film.begin) & (instants < film.end)]
     times = np.concatenate([[film.begin], inside, [film.end]])
     poses = take.poses(times)
-    # An angle counts as the distance by which it moves the end of its part.
+    # An angle counts as the distance that it moves the end of its part.
     scales = np.array([(1.0, 1.0, part.reach) for part in take.model.parts])
     values = (poses * scales).reshape(len(times), -1)
     plays = [channel.clearance for channel in walled(take.model)]
@@ -130,7 +130,7 @@ def kept_instants(film: Film, take: Take) -> tuple[FloatArray, float]:
 
 
 def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
-    """Error allowed at instants (N,), as a part of that outside strikes."""
+    """Return the allowed error at instants (N,), over the allowed error outside strikes."""
     faces = [zoom.length for zoom in zooms_of(film, take) if zoom.channel is None]
     part = min(faces, default=film.size) / film.size
     striking = np.zeros(len(times), dtype=bool)
@@ -140,10 +140,11 @@ def _parts_allowed(film: Film, take: Take, times: FloatArray) -> FloatArray:
 
 
 def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> IndexArray:
-    """Indices of samples (N,) that join `values` (N, k) by straight lines, to `allowed` (N,).
+    """Return the indices of samples to be joined by straight lines.
 
-    By the algorithm of Ramer, Douglas and Peucker: the sample farthest from a line is kept, and
-    both parts are treated likewise.
+    The lines follow `values` (N, k) with an error of at most `allowed` (N,). This is the algorithm
+    of Ramer, Douglas and Peucker: it keeps the sample farthest from a line, and repeats this for
+    both parts.
     """
     kept = {0, len(times) - 1}
     left = [(0, len(times) - 1)]
@@ -164,10 +165,10 @@ def straightened(times: FloatArray, values: FloatArray, allowed: FloatArray) -> 
 
 @dataclass(frozen=True)
 class Glow:
-    """A touch as a frame shows it: at `place` (2,) m, `strength` and how `fresh` it is, 0 to 1.
+    """A touch in a frame: its `place` (2,) m, its `strength` and its freshness `fresh`, 0 to 1.
 
-    `name` is that of the contact or joint. `frame` is the number of the frame in which the touch
-    has this place: a touch of a contact that has ended does not move any more.
+    `name` is the name of the contact or joint. `frame` is the number of the frame from which the
+    place comes: a touch of a contact that has ended does not move any more.
     """
 
     name: str
@@ -180,7 +181,7 @@ class Glow:
 
 @dataclass(frozen=True)
 class Shots:
-    """A take at the instants of the frames."""
+    """A run at the instants of the frames."""
 
     film: Film
     take: Take
@@ -193,12 +194,12 @@ class Shots:
 
     @cached_property
     def crank(self) -> FloatArray | None:
-        """Angle (K,) of the crank, rad; None without one."""
+        """Angle (K,) of the crank, rad; None without a crank."""
         return self.take.crank(self.frames.times)
 
     @cached_property
     def path(self) -> tuple[FloatArray, FloatArray]:
-        """Path of S in the film: instants (N,) s, places (N, 2) m; straight between them."""
+        """Path of S in the film: instants (N,) s and places (N, 2) m, joined by straight lines."""
         times, _ = kept_instants(self.film, self.take)
         return times, anchor_position(self.take.watched, self.take.poses(times))
 
@@ -214,20 +215,20 @@ class Shots:
 
     @cached_property
     def zooms(self) -> dict[str, Zoom]:
-        """Zooms, which are drawn larger, by name."""
+        """Zooms by name."""
         return {zoom.name: zoom for zoom in zooms_of(self.film, self.take)}
 
     def forces(self, touching: Touching, frame: int) -> FloatArray:
-        """Forces (pairs,) of a contact or joint at a frame."""
+        """Return the forces (pairs,) of a contact or joint at a frame."""
         return np.asarray(touching.forces(self.take, self.frames.times[frame : frame + 1])[0])
 
     def glows(self, frame: int) -> list[Glow]:
-        """Touches that a frame shows: the present ones, and for a while those that ended."""
+        """Return the touches in a frame: present ones, and for some time those that ended."""
         lights: list[Glow] = []
         for touching in self.touching:
             values, shown = strength(touching.touches), list(self._shown(touching, frame))
             parts = {k: self.film.part(float(values[k])) for k, _ in shown}
-            # Of a burst of touches only the brightest has a number beside it.
+            # In a burst of touches only the brightest has a number.
             brightest, _ = max(
                 shown, key=lambda touch: parts[touch[0]] * touch[1], default=(None, 0.0)
             )
@@ -242,7 +243,7 @@ class Shots:
         return lights
 
     def _shown(self, touching: Touching, frame: int) -> Iterator[tuple[int, float]]:
-        """Touches that are seen at a frame, and how fresh they are."""
+        """Yield the touches that are visible in a frame, and their freshness."""
         ended = touching.touches.until(float(self.take.result.time[-1]))
         fresh = 1 - self.frames.since(ended, frame) / GLOW_SECONDS
         begun = touching.touches.begin <= self.frames.times[frame]
@@ -250,7 +251,7 @@ class Shots:
             yield k, float(fresh[k])
 
     def _placing_frame(self, touching: Touching, k: int, frame: int) -> int:
-        """Number of the frame that gives touch k its place in a frame: see `Glow`."""
+        """Return the frame from which touch k has its place in frame `frame`; see `Glow`."""
         if touching.places is not None:
             return frame
         last = int(np.searchsorted(self.frames.times, touching.touches.end[k], side="right")) - 1
@@ -258,7 +259,7 @@ class Shots:
 
 
 def _label(value: float, pressing: float | None, unit: str) -> str:
-    """Text of a touch: the present force, after its end the largest, or an impact's impulse."""
+    """Return the text of a touch: its present force; after its end the peak, or the impulse."""
     if value == 0:
         return ""
     if value < 0:

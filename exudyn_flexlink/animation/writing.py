@@ -1,9 +1,9 @@
 """Films as files: a GIF, a video by ffmpeg, and a player as HTML.
 
-A GIF has few colours, and every page can show it. The player is one text with data, style and
-program, which loads nothing. Its data are names and short lists as JSON, and long rows of numbers
-as base64, little-endian: ``f4`` and ``f8`` are floats of 32 and 64 bits, ``i4`` integers of 32.
-`player/film.js` reads them. Lengths are in m, times in s, forces in N, torques of stops in N m.
+A GIF has few colours, but every page can show it. The player is one text of data, style and
+program, and loads nothing. Its data are names and short lists as JSON, and long rows of numbers
+as base64, little-endian: ``f4`` and ``f8`` are floats of 32 and 64 bits, ``i4`` integers of 32
+bits. `player/film.js` reads them. Units are m, s and N, and N m for torques of stops.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ from exudyn_flexlink.plots.panels import length_unit
 from exudyn_flexlink.shipped import FILM_FORMATS
 
 GENERATOR = "exudyn-flexlink animation"
-"""How a file says that this program wrote it."""
+"""Mark in files that this program wrote."""
 
 _PROGRAM = ("film", "drawing", "zoom", "guide", "timeline", "controls", "begin")
 """Files of the player's program, in order."""
@@ -57,15 +57,16 @@ _PROGRAM = ("film", "drawing", "zoom", "guide", "timeline", "controls", "begin")
 def player(film: Film, speed: float | None = None) -> str:
     """Return the player of a film as a fragment of HTML, a ``<div>``.
 
-    Several may be on one page. Its style applies only to its class, ``flexlink-player``. It is as
-    wide as the element around it, and as light or dark as the page. It loads nothing, and starts
-    when the reader asks for it, at `speed`, s of the run in a second (by default `usual_speed`).
+    A page may have several players. The style applies only to the player's class,
+    ``flexlink-player``. The player is as wide as the element around it, and as light or dark as the
+    page. It loads nothing. It starts when the reader asks for it, at `speed`, s of the run per
+    second (by default `usual_speed`).
     """
     return _fragment(film, speed, at_once=False)
 
 
 def page(film: Film, speed: float | None = None) -> str:
-    """Return a whole page with the player of a film, which starts at once."""
+    """Return a whole page with the player of a film; the player starts at once."""
     title = escape(film.takes[-1].result.scene.title)
     first_part = _fragment(film, speed, at_once=True)
     return _packaged_file("page.html").format(generator=GENERATOR, title=title, player=first_part)
@@ -73,7 +74,7 @@ def page(film: Film, speed: float | None = None) -> str:
 
 def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
     data = {**film_data(film, speed), "at_once": at_once}
-    # A '<' within the data, such as that of '</script>', must not end it.
+    # A '<' in the data, for instance in '</script>', must not end the data.
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         '<div class="flexlink-player">\n'
@@ -86,7 +87,7 @@ def _fragment(film: Film, speed: float | None, *, at_once: bool) -> str:
 
 
 def _program() -> str:
-    """The player's program, which finds the data beside it and leaves no names on the page."""
+    """Return the player's program; it finds the data beside it and adds no names to the page."""
     program = "\n".join(_packaged_file(f"{name}.js") for name in _PROGRAM)
     look = json.dumps(look_data())
     return f'(function () {{\n"use strict";\n\nconst LOOK = {look};\n\n{program}\n}})();\n'
@@ -97,7 +98,7 @@ def _packaged_file(name: str) -> str:
 
 
 def film_data(film: Film, speed: float | None = None) -> dict[str, Any]:
-    """Return the player's data of a film; it starts with `speed`, s of the run in a second."""
+    """Return the player's data of a film; it starts with `speed`, s of the run per second."""
     low, high = film.box
     factor, unit = length_unit(film.size)
     beyond = film.horizon
@@ -155,12 +156,12 @@ def _take(film: Film, take: Take) -> dict[str, Any]:
 
 
 def _spans(take: Take, thing: Drawn | Mark) -> list[list[float | None]]:
-    """Begins and ends (s) of the spans in which something is there; None: without an end."""
+    """Return the begins and ends (s) of the spans in which a line or mark exists; None: no end."""
     return [[t if isfinite(t) else None for t in span] for span in take.spans(thing)]
 
 
 def _line(line: Line) -> dict[str, Any]:
-    """Data of a line; if all its points are on one part, that part's number stands for all."""
+    """Return the data of a line; the part's number comes once if all points are on one part."""
     alike = len(set(line.parts.tolist())) == 1
     parts = int(line.parts[0]) if alike else row(line.parts, "i4")
     return {"name": line.name, "parts": parts, "places": row(line.places)}
@@ -171,9 +172,9 @@ def _anchor(anchor: Anchor) -> dict[str, Any]:
 
 
 def _touching(take: Take, touching: Touching, times: FloatArray) -> dict[str, Any]:
-    """Touches in columns, and the forces that press at the kept instants, all in one row.
+    """Return touches as columns, and the forces at the kept instants in one row.
 
-    The forces of instant i are entries ``first[i]`` to ``first[i + 1]`` of ``pair`` and ``force``.
+    Forces at instant i are entries ``first[i]`` to ``first[i + 1]`` of ``pair`` and ``force``.
     """
     touches = touching.touches
     force = touching.forces(take, times)
@@ -194,7 +195,7 @@ def _touching(take: Take, touching: Touching, times: FloatArray) -> dict[str, An
 
 
 def _zoom(zoom: Zoom) -> dict[str, Any]:
-    """Data of a zoom; for a guide also its walls, the link's nodes, and sides of the pairs."""
+    """Return the data of a zoom; a guide also has its walls, link nodes, and sides of the pairs."""
     channel = zoom.channel
     guide = None if channel is None else {
         "length": channel.length,
@@ -217,23 +218,23 @@ Progress = Callable[[float], None]
 
 GIF_FPS, VIDEO_FPS = 20.0, 30.0
 GIF_WIDTH, VIDEO_WIDTH = 640, 1280
-GIF_TICK = 0.01  # s: unit of the duration of a GIF's frame
-PALETTE_FRAMES = 24  # frames from which the palette of colours is made
-MOST_PIXELS = 600_000_000  # of a GIF: its frames are in memory until it is written
-MOST_FPS = {"mp4": 240.0, "gif": 50.0}  # players show frames of a GIF for 0.02 s at least
+GIF_TICK = 0.01  # s: unit of time of a GIF's frames
+PALETTE_FRAMES = 24  # number of frames from which the palette is made
+MOST_PIXELS = 600_000_000  # of all frames of a GIF: all are in memory until it is written
+MOST_FPS = {"mp4": 240.0, "gif": 50.0}  # players show a GIF's frame for at least 0.02 s
 LEAST_WIDTH, MOST_WIDTH = 160, 4096
 NO_FFMPEG = (
     "a video needs the program ffmpeg, which is not on the path; install it, or the Python package "
     "imageio-ffmpeg, or write a GIF or a page"
 )
-COLOURS = 128  # of a GIF: more are not seen, and take room
+COLOURS = 128  # colours of a GIF: more would be invisible, and take room
 
 
 @dataclass(frozen=True)
 class Filming:
     """Options of a film's file; None is the format's usual value.
 
-    Pictures have `fps` frames in a second and a `width` in pixels; `speed` is in s of the run in a
+    Pictures have `fps` frames per second and a `width` in pixels; `speed` is in s of the run per
     second.
     """
 
@@ -242,7 +243,7 @@ class Filming:
     width: int | None = None
 
     def mistakes(self, suffix: str) -> list[str]:
-        """Say which options a format can't have, by the ending of its files."""
+        """Say which options a format can't have; `suffix` is the ending of its files."""
         most = MOST_FPS.get(suffix, inf)
         texts = []
         if self.fps is not None and not 0 < self.fps <= most:
@@ -272,7 +273,7 @@ def film_bytes(
         raise FilmError("\n".join(mistakes))
     if suffix == "html":
         return page(film, filming.speed).encode("utf-8")
-    if suffix == "gif":  # its frames last a whole number of ticks
+    if suffix == "gif":  # a frame of a GIF lasts a whole number of ticks
         ticks = round(1 / (filming.fps or GIF_FPS) / GIF_TICK)
         fps, width = 1 / (ticks * GIF_TICK), filming.width or GIF_WIDTH
     else:
@@ -288,7 +289,7 @@ def film_bytes(
 
 
 def usual_formats() -> tuple[str, ...]:
-    """Formats where none is asked for: a video, or without ffmpeg a GIF; and a page."""
+    """Return the default formats: a page, and a video, or a GIF if ffmpeg is missing."""
     return ("gif" if ffmpeg() is None else "mp4", "html")
 
 
@@ -298,7 +299,7 @@ def is_animation(content: bytes) -> bool:
 
 
 def _gif(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
-    """Return a film as the content of a GIF that repeats."""
+    """Return a film as the content of a GIF, which repeats."""
     chosen = np.unique(np.linspace(0, len(picture) - 1, PALETTE_FRAMES).astype(int))
     palette = _palette([picture.frame(int(i))[..., :3] for i in chosen])
     images = (
@@ -314,7 +315,7 @@ def _gif(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
 
 
 def _palette(frames: list[Pixels]) -> Image.Image:
-    """Return an image with the colours that are most frequent in some frames; greys stay grey."""
+    """Return an image with the most frequent colours of some frames; greys stay grey."""
     red, green, blue = np.concatenate(frames).astype(np.intp).reshape(-1, 3).T >> 3
     most = np.argsort(-np.bincount(red << 10 | green << 5 | blue), kind="stable")[:COLOURS]
     colours = np.stack([most >> 10, most >> 5 & 31, most & 31], axis=1) * 255 // 31
@@ -326,7 +327,7 @@ def _palette(frames: list[Pixels]) -> Image.Image:
 def _video(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
     """Return a film as the content of an MP4."""
     program = ffmpeg()
-    assert program is not None  # see `Filming.mistakes`
+    assert program is not None  # `Filming.mistakes` has checked this
     with TemporaryDirectory() as folder:
         file, log = Path(folder) / "film.mp4", Path(folder) / "errors.txt"
         size = f"{picture.width}x{picture.height}"
@@ -344,18 +345,18 @@ def _video(picture: Picture, fps: float, frames: Iterator[Pixels]) -> bytes:
 
 
 def ffmpeg() -> str | None:
-    """Return the program ffmpeg: that on the path, else that of imageio-ffmpeg; None without."""
+    """Return the path of ffmpeg: from the path, else from imageio-ffmpeg; None if missing."""
     path = shutil.which("ffmpeg")
     if path is not None:
         return path
     try:
         return str(import_module("imageio_ffmpeg").get_ffmpeg_exe())
-    except (ImportError, RuntimeError):  # not installed; installed without its program
+    except (ImportError, RuntimeError):  # not installed, or installed without its program
         return None
 
 
 def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
-    """Pipe frames to a program, which may end before the last one; return its exit code."""
+    """Pipe frames to a program; it may end before the last frame. Return its exit code."""
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
     ) as program:
@@ -364,7 +365,7 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
             for frame in frames:
                 program.stdin.write(frame.data)
         except BrokenPipeError:
-            pass  # it has ended: what it says tells why
+            pass  # the program has ended; its messages tell why
         except BaseException:
             program.kill()
             raise
@@ -375,7 +376,7 @@ def _pipe(command: list[str], errors: int, frames: Iterator[Pixels]) -> int:
 
 
 def _with_progress(picture: Picture, progress: Progress | None) -> Iterator[Pixels]:
-    """The frames in order; `progress` gets the part that is done."""
+    """Yield the frames in order; `progress` receives the part that is done."""
     for frame in range(len(picture)):
         yield picture.frame(frame)
         if progress is not None:

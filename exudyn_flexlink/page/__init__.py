@@ -1,8 +1,8 @@
-"""The report of a run as one page of HTML, which loads nothing: for a browser, a phone, a printer.
+"""The report of a run as one page of HTML for a browser, a phone or a printer.
 
-`page_of` makes it of a `Result`: figures of `plots` and tables of `report`, section by section, and
-the command that runs it again. Templates only place these, and compute nothing. They escape all
-text that is not this program's own markup.
+The page loads nothing. `page_of` makes it of a `Result`: figures of `plots` and tables of
+`report`, section by section, and the command that repeats the run. Templates only arrange these.
+They escape all text that is not markup of this program.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ PAGE = "report.html"
 GENERATOR = "exudyn-flexlink report"
 """Mark of pages that this program wrote."""
 
-PROGRAM = re.compile(r"<script>(.*?)</script>", re.DOTALL)  # others hold data
+PROGRAM = re.compile(r"<script>(.*?)</script>", re.DOTALL)  # other scripts hold data
 NUMBER = re.compile(rf"([-+]?\d[\d.]*(?:e[-+]?\d+)?(?: (?:{UNITS})(?![\w/]))?)")
 
 
@@ -86,7 +86,7 @@ def page_of(result: Result) -> str:
 
 
 def _policy(players: str) -> str:
-    """Return the page's content security policy: load nothing, run nothing but these players."""
+    """Return the page's content security policy: load nothing, run only scripts of `players`."""
     programs = [sha256(program.encode("utf-8")).digest() for program in PROGRAM.findall(players)]
     hashes = " ".join(f"'sha256-{b64encode(program).decode('ascii')}'" for program in programs)
     allowed = f"; script-src {hashes}" if hashes else ""
@@ -97,7 +97,7 @@ ENDINGS = (".html", ".htm")
 
 
 def write_page(result: Result, file: Path, *, force: bool = False) -> None:
-    """Write the page of a run; it replaces a page, but another file only with `force`.
+    """Write the page of a run; it replaces an earlier page, but another file only with `force`.
 
     Raises:
         StorageError: the file may not be replaced, or can't be written.
@@ -114,24 +114,24 @@ def is_page(content: bytes) -> bool:
     return f'name="generator" content="{GENERATOR}"'.encode() in content[:1000]
 
 
-MOST_STRIKES = 100  # rows of a contact's table: some screens of a phone
-MOST_TOUCHES = 200  # folded, until the reader opens them
+MOST_STRIKES = 100  # most rows of a contact's table: some screens of a phone
+MOST_TOUCHES = 200  # most rows of a folded table, which readers open themselves
 MODEL = "model.yaml"
 """Name under which the page offers the model file."""
 
 WIDE = replace(SCREEN, titled=False)  # the page has the title as text
-NARROW = PRINT  # a column of print, 86 mm, is about as wide as a phone
-PIXELS = 96  # of a page in an inch
-MOST_SVG = 250_000  # bytes: a larger figure is smaller as pixels
+NARROW = PRINT  # a column in print, 86 mm, is about as wide as a phone
+PIXELS = 96  # pixels of a page per inch
+MOST_SVG = 250_000  # bytes: a larger SVG becomes pixels, which take less room
 COORDINATES = re.compile(rb' (?:d|x|y)="[^"]*"')
-DECIMALS = re.compile(rb"(\.\d\d)\d+")  # nobody sees less than a hundredth of a point
+DECIMALS = re.compile(rb"(\.\d\d)\d+")  # differences below 0.01 point are invisible
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with its caption, and a description in words (`alt`).
+    """A figure with its caption, and its description in words (`alt`).
 
-    `wide` and `narrow` are data URIs; `size` is that of the wide one, in pixels of a page.
+    `wide` and `narrow` are data URIs; `size` is the size of `wide`, in pixels of a page.
     """
 
     name: str
@@ -144,9 +144,9 @@ class Picture:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page under a heading: texts, then figures, then tables, some of them folded.
+    """A part of the page under a heading: texts, then figures, then tables; some are folded.
 
-    `player` is the markup of an animation, which is left out in print.
+    `player` is the markup of an animation, which print omits.
     """
 
     key: str
@@ -158,15 +158,15 @@ class Section:
     player: str = ""
 
     def __bool__(self) -> bool:
-        """Whether there is anything in it."""
+        """Whether the section has any content."""
         return any((self.texts, self.pictures, self.tables, self.folded, self.player))
 
 
 def contents_of(result: Result) -> dict[str, Any]:
     """Return the contents of a run's page, by their names in the template.
 
-    `why` says why the run stopped, and what to try. `model` is the scene as a model file, None if
-    it is too long.
+    `why` tells why the run stopped, and what to try. `model` is the scene as a model file; it is
+    None if that file would be too long.
     """
     pictures, moves = pictures_of(result), result.time[0] < result.time[-1]
     effects = effects_table(result.scene, build_mechanism(result.scene))
@@ -212,7 +212,7 @@ def contents_of(result: Result) -> dict[str, Any]:
 
 
 def _facts(result: Result) -> Table:
-    """Table of what a reader asks first: engine, accuracy, cost, and error of positions."""
+    """Return the table of engine, accuracy, cost, and error of positions."""
     way = result.settings.formulation
     engine = result.engine if way is None else f"{result.engine}, formulation '{way}'"
     accuracy = result.scene.accuracy
@@ -250,7 +250,7 @@ def _filled(tables: Iterable[Table]) -> list[Table]:
 
 
 def _settings(settings: EngineSettings) -> list[list[str]]:
-    """Rows of the settings that are in use, first those of the integrator."""
+    """Return the rows of the settings in use; those of the integrator come first."""
     values = vars(settings.integrator) | vars(settings)
     del values["integrator"]
     return _rows({name: value for name, value in values.items() if value is not None})
@@ -265,16 +265,16 @@ def _rows(values: Mapping[str, float | str]) -> list[list[str]]:
 def model_text(scene: Scene) -> str | None:
     """Return the scene as a model file, in SI units; None if it is too long for one.
 
-    Points of splines, and tables, are in it, even if they came from other files.
+    The text includes points of splines, and tables, even if they came from other files.
     """
     data = scene.to_data()
     if len(json.dumps(data, ensure_ascii=False).encode("utf-8")) > LARGEST_FILE // 2:
-        return None  # YAML takes more room, and its reader some seconds
+        return None  # YAML takes more room, and a YAML reader takes seconds
     return yaml_of(scene)
 
 
 def command_of(result: Result) -> str:
-    """Return the command that makes the run again from its model file."""
+    """Return the command that repeats the run from its model file."""
     words = ["exudyn-flexlink simulate", MODEL]
     if result.engine != EXUDYN:
         words.append(f"--engine {result.engine}")
@@ -300,7 +300,7 @@ def pictures_of(result: Result) -> dict[str, Picture]:
 
 
 def _uri(figure: Figure) -> str:
-    """Return a figure as a data URI: an SVG, which stays sharp, or a PNG if that is too large."""
+    """Return a figure as a data URI: a sharp SVG, or a PNG if the SVG is too large."""
     svg = COORDINATES.sub(
         lambda number: DECIMALS.sub(rb"\1", number[0]), figure_bytes(figure, "svg")
     )
@@ -310,7 +310,7 @@ def _uri(figure: Figure) -> str:
 
 
 def data_uri(kind: str, content: bytes) -> str:
-    """Return the content of a file as a data URI, which a page takes for its address."""
+    """Return the content of a file as a data URI, which a page accepts as an address."""
     return f"data:{kind};base64,{b64encode(content).decode('ascii')}"
 
 

@@ -1,4 +1,4 @@
-"""Figures of a run, each a function of its Result; what a scene lacks is left out."""
+"""Figures of a run; each figure is a function of a Result. They omit what the scene lacks."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ FIGURES = {
     "forces": forces,
     "bending": bending,
 }
-"""Figures of a run by name; each is None where it would have nothing to show."""
+"""Functions that draw the figures of a run, by name; they return None if nothing is to be shown."""
 
 
 def figures(result: Result, style: Style = SCREEN) -> dict[str, Figure]:
-    """Draw every figure that makes sense for this result, by name."""
+    """Draw all figures that have something to show for this result; return them by name."""
     drawn = {name: draw(result, style=style) for name, draw in FIGURES.items()}
     return {name: figure for name, figure in drawn.items() if figure is not None}
 

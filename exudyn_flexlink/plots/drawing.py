@@ -1,4 +1,4 @@
-"""Figures of a mechanism: at a few instants, larger in a strike; and at the start, with names."""
+"""Draw a mechanism: at some instants, with a zoom on a strike; or at time 0, with all names."""
 
 from __future__ import annotations
 
@@ -69,16 +69,16 @@ from exudyn_flexlink.plots.panels import (
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.scene import Scene, split_point
 
-COLUMNS = 2  # at least, and in print at most
-AROUND = 0.75  # inches, of labels beside the panels; on a screen also above and below each
-BETWEEN = 0.15  # inches on a screen, of the gap beside a panel
-TALLEST = 4.4  # inches, of a panel
-ZOOM_INSTANTS = 6  # that a zoom shows
-ZOOM_TIME = 3.0  # durations of a strike that it lasts: what is struck, and what strikes, vibrate
-ZOOM_ROOM = 1.25  # of what a zoom is to show
-LEAST_ZOOM, MOST_ZOOM = 0.1, 0.5  # of the whole drawing: a window is no smaller, and no larger
+COLUMNS = 2  # fewest columns of panels; in print also the most
+AROUND = 0.75  # inches: labels beside the panels; on a screen also above and below each panel
+BETWEEN = 0.15  # inches on a screen: gap beside a panel
+TALLEST = 4.4  # inches: largest height of a panel
+ZOOM_INSTANTS = 6  # number of instants in a zoom
+ZOOM_TIME = 3.0  # durations of the strike: a zoom also shows the vibration after it
+ZOOM_ROOM = 1.25  # size of a zoom, as a multiple of what it has to show
+LEAST_ZOOM, MOST_ZOOM = 0.1, 0.5  # smallest and largest zoom window, as parts of the drawing
 FIRST = "first contact"
-IN_TURN = np.deg2rad([0.0, 100.0, 200.0, 300.0])  # no two of them mirrored at a dead centre
+IN_TURN = np.deg2rad([0.0, 100.0, 200.0, 300.0])  # rad; none mirrors another about a dead centre
 
 
 @styled
@@ -91,10 +91,9 @@ def mechanism(
 ) -> Figure | None:
     """Draw the mechanism at `instants` (s): bodies, curves of slots, path of the watched point S.
 
-    Without `instants`: the start, the first contact, the greatest angle of the struck body and the
-    same crank angle one turn after the first contact, in order of time; without contacts four
-    instants of a turn.
-    What happens in the first strike, if it lasts, is drawn larger in a panel of its own.
+    Without `instants` there are four panels in order of time: the start, the first contact, the
+    greatest angle of the struck body, and one turn after the first contact. Without contacts they
+    show four instants of a turn. If the first strike has a duration, a further panel enlarges it.
     """
     all_strikes = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
     first = (
@@ -131,7 +130,7 @@ def mechanism(
     _label(panels, columns, sketch.unit[1], zoomed=zoom is not None)
     letter(panels)
     if ax is None:
-        settle(panels[0].figure.figure)  # names are placed in a layout that is final
+        settle(panels[0].figure.figure)  # the layout must be final before names are placed
     for axes, index, (_, what) in zip(panels, samples, shown, strict=False):
         _name_points(axes, sketch, [index], frames.get(what))
     if zoom is not None:
@@ -142,9 +141,9 @@ def mechanism(
 def _name_points(
     axes: Axes, sketch: Sketch, samples: Sequence[int], frame: FloatArray | None = None
 ) -> None:
-    """Name points at the last of some samples, as the paper does, off the lines at all of them.
+    """Write the names of points, as in the paper, at the last of some samples.
 
-    A name also keeps off a `frame` (corners, 2), m, that is drawn there.
+    Names keep off the lines at all of these samples, and off a `frame` (corners, 2), m.
     """
     factor, places = sketch.unit[0], sketch.letters(samples[-1])
     lines = [drawn.line.at(sketch.poses[sample]) for drawn in sketch.shown for sample in samples]
@@ -159,11 +158,11 @@ def _name_points(
 
 
 def _new_panels(result: Result, sketch: Sketch, count: int, style: Style) -> tuple[list[Axes], int]:
-    """Panels of a new figure, with its legend, and how many are side by side."""
+    """Return the panels of a new figure with its legend, and the number of columns."""
     handles, (columns, room) = sketch.legend(), _columns(sketch, count, style)
     rows = ceil(count / columns)
     heights = [room] * rows
-    over_all = count == rows * columns  # no cell is left over for the legend
+    over_all = count == rows * columns  # the last row has no free cell for the legend
     if over_all:
         heights.append(ROW_HEIGHT * ceil(len(handles) / (COLUMNS if style.narrow else 4)) + 0.1)
     title = "The mechanism at some instants"
@@ -179,9 +178,10 @@ def _new_panels(result: Result, sketch: Sketch, count: int, style: Style) -> tup
 
 
 def _columns(sketch: Sketch, count: int, style: Style) -> tuple[int, float]:
-    """Columns that fill a page best, and the height (inches on a screen) of a panel with its title.
+    """Return the number of columns that fills a page best, and the height of a panel.
 
-    A tall mechanism has more of them side by side than a broad one.
+    The height (inches on a screen) includes the title. A tall mechanism gets more columns than a
+    broad one.
     """
     width, height = sketch.box[1] - sketch.box[0]
     ratio, best = float(height / width), (0.0, 0, 0.0)
@@ -195,7 +195,7 @@ def _columns(sketch: Sketch, count: int, style: Style) -> tuple[int, float]:
 
 
 def _label(panels: Sequence[Axes], columns: int, unit: str, *, zoomed: bool) -> None:
-    """Label the axes at the edges; a zoom, the last panel, has numbers of its own."""
+    """Label the axes at the edges of the figure. A zoom, the last panel, has its own numbers."""
     for i, axes in enumerate(panels):
         zoom = is_given(axes) or (zoomed and i == len(panels) - 1)
         alike = len(panels) - zoomed
@@ -209,7 +209,7 @@ def _label(panels: Sequence[Axes], columns: int, unit: str, *, zoomed: bool) -> 
 
 @dataclass(frozen=True)
 class _Zoom:
-    """Samples of a strike and of what vibrates after it, in a window by its corners (2,) m."""
+    """Samples of a strike and of the vibration after it; corners (2,) m of their window."""
 
     samples: list[int]
     low: FloatArray
@@ -217,20 +217,20 @@ class _Zoom:
 
     @property
     def frame(self) -> FloatArray:
-        """Its outline (corners, 2), m."""
+        """Outline of the window (corners, 2), m."""
         (left, low), (right, high) = self.low, self.high
         return np.array([[left, low], [right, low], [right, high], [left, high], [left, low]])
 
 
 def _zoom_of(sketch: Sketch, result: Result, strike: Strike) -> _Zoom | None:
-    """What a zoom on a strike shows; None of an impact, or if it would not be much larger.
+    """Return the zoom on a strike; None of an impact, or if a zoom would enlarge too little.
 
-    The window has the shape of the whole drawing, and lies within it.
+    The window has the proportions of the whole drawing, and lies within it.
     """
     until = min(strike.begin + ZOOM_TIME * (strike.end - strike.begin), float(result.time[-1]))
     samples = [result.sample_at(t) for t in np.linspace(strike.begin, until, ZOOM_INSTANTS)]
     body = split_point(result.scene.all_contacts[strike.contact].striking)[0]
-    # Of the body that strikes, the half at its end is to be seen.
+    # The zoom shows the striking body from its middle to its end.
     halves = [line[len(line) // 2 :] for line in sketch.lines(body, samples[0])]
     points = np.concatenate([sketch.track[samples[0] : samples[-1] + 1], *halves])
     (low, high), size = sketch.box, sketch.box[1] - sketch.box[0]
@@ -243,7 +243,7 @@ def _zoom_of(sketch: Sketch, result: Result, strike: Strike) -> _Zoom | None:
 
 
 def _draw_zoom(axes: Axes, sketch: Sketch, result: Result, zoom: _Zoom) -> None:
-    """Draw a strike, and what vibrates after it, larger, at instants from its begin on."""
+    """Draw a strike and the vibration after it in a zoom, at some instants from its begin on."""
     first, last = zoom.samples[0], zoom.samples[-1]
     for i, index in enumerate(zoom.samples):
         sketch.draw(axes, index, alpha=0.2 + 0.8 * i / (ZOOM_INSTANTS - 1))
@@ -255,7 +255,7 @@ def _draw_zoom(axes: Axes, sketch: Sketch, result: Result, zoom: _Zoom) -> None:
 
 
 def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
-    """Choose times worth a drawing, in their order, with what happens there."""
+    """Return the instants (s) to draw, in order, each with a word for what happens then."""
     if strike is None:
         return [(time, "") for time in _over_a_turn(result)]
     chosen = [(float(result.time[0]), "start"), (strike.begin, FIRST)]
@@ -274,7 +274,7 @@ def _instants(result: Result, strike: Strike | None) -> list[tuple[float, str]]:
 
 
 def _over_a_turn(result: Result) -> list[float]:
-    """Four instants of the first turn of the crank; if it makes none, of the whole run."""
+    """Return four instants (s) of the crank's first turn; of the whole run if it makes no turn."""
     if turns(result):
         turned = turned_since_start(result)
         if turned[-1] >= 2 * np.pi:
@@ -284,34 +284,34 @@ def _over_a_turn(result: Result) -> list[float]:
 
 
 def _panel_title(result: Result, index: int, what: str, style: Style) -> str:
-    """Say what a panel shows, its instant, and that it lies beyond the horizon if it does."""
+    """Return the title of a panel: event, instant, and whether that lies beyond the horizon."""
     words = title_at(result, index)
-    if style.narrow and not what:  # there is room for one line beside the letter
+    if style.narrow and not what:  # the title has only one line beside the letter
         words = words.replace(", ", ",\n")
     beyond = "beyond the horizon" if is_beyond(result, float(result.time[index])) else ""
     return "\n".join(filter(None, (what, words, beyond)))
 
 
-LOWEST, TALLEST_START = 2.4, 7.5  # inches, of the drawing
-TOGETHER = 2e-3  # of the drawing: points nearer than this look like one, and have one text
+LOWEST, TALLEST_START = 2.4, 7.5  # inches: smallest and largest height of the drawing
+TOGETHER = 2e-3  # of the drawing: points nearer than this share one text
 UP = np.array([0.0, 1.0])
-MOST_BODIES = 14  # in the legend: it has no more room
-MOST_NAMED = 40  # points: more names hide the mechanism
-ROOM = 0.08  # of the drawing, around it, for names
-SYMBOL = 9.0  # points, that names keep off: as wide as most symbols
-SPOT = 3.0  # points, between two spots of a line that names keep away from
+MOST_BODIES = 14  # most entries for bodies in the legend; more have no room
+MOST_NAMED = 40  # most points with names; more names hide the mechanism
+ROOM = 0.08  # of the drawing: margin for names
+SYMBOL = 9.0  # points: names keep off a symbol of this width, that of most symbols
+SPOT = 3.0  # points: names keep off spots of a line; this is the distance of two spots
 DIRECTIONS = 24
-LABEL_DISTANCE = 7.0  # points, from a place to its label
-FARTHER = (1.0, 2.0, 3.2, 4.6)  # times as far, where there is no room
-APART = 2.0  # points, between names, so that they don't read as one, and to the middle of a line
-# What a place for a name costs, which is 1 where it lies on another:
-OF_LINE = 0.15  # for a spot of a line that is hidden
-OUTSIDE = 40.0  # for leaving the axes
-OF_DISTANCE = 0.12  # for standing farther off
+LABEL_DISTANCE = 7.0  # points: distance of a name from its point
+FARTHER = (1.0, 2.0, 3.2, 4.6)  # multiples of this distance, tried in order to find room
+APART = 2.0  # points: distance of a name from other names and from lines
+# Cost of a place for a name; a place on another name costs 1:
+OF_LINE = 0.15  # for each hidden spot of a line
+OUTSIDE = 40.0  # for a name outside the axes
+OF_DISTANCE = 0.12  # for a larger distance
 
 
 _TURN = np.linspace(0.0, 4 * pi, 60)
-# A marker: two turns of a spiral, as torsional springs are drawn.
+# A marker: a spiral of two turns, the usual symbol of a torsional spring.
 _SPIRAL = Path(np.stack([_TURN * np.cos(_TURN), _TURN * np.sin(_TURN)], axis=1) / (4 * pi))
 
 _SYMBOLS: dict[str, tuple[Any, str, str, float, int]] = {
@@ -326,16 +326,16 @@ _SYMBOLS: dict[str, tuple[Any, str, str, float, int]] = {
     "force": (r"$\rightarrow$", ORANGE, ORANGE, 15, 7),
     "point that may strike": ("*", RED, RED, 9, 7),
 }
-"""Markers, their colour, that of their face, their size (points) and how far in front they are."""
+"""Marker, colour of its edge, colour of its face, size (points) and zorder."""
 _SPRING: dict[str, Any] = {"color": GREEN, "linewidth": 1.2, "zorder": 3}
-# Broader than the body it is on, which lies over it.
+# The face is broader than its body, which is drawn over it.
 _FACE: dict[str, Any] = {"color": RED, "linewidth": 8.0, "alpha": 0.35, "zorder": 3,
                          "solid_capstyle": "butt"}  # fmt: skip
 
 
 @styled
 def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
-    """Draw bodies, joints, curves, springs, drives and contacts at time 0, with their names."""
+    """Draw bodies, joints, curves, springs, drives and contacts at time 0, with names."""
     posed = Sketch(scene, assembly.state.q[None])
     low, high = _room(posed)
     width, height = high - low
@@ -354,20 +354,20 @@ def start(scene: Scene, assembly: Assembly, *, style: Style = SCREEN) -> Figure:
     axes.set_ylabel(f"y ({posed.unit[1]})")
     bodies = posed.body_legend() if len(scene.bodies) <= MOST_BODIES else []
     legend_outside(axes, below=True, handles=[*bodies, *drawn])
-    settle(figure)  # names are placed in a layout that is final
+    settle(figure)  # the layout must be final before names are placed
     _name(axes, posed)
     return figure
 
 
 def _room(posed: Sketch) -> tuple[FloatArray, FloatArray]:
-    """Lower left and upper right corner (2,) m of the mechanism and the ends of its springs."""
+    """Return the lower left and upper right corner (2,) m of bodies and springs."""
     low, high = posed.box
     ends = [end for line in posed.drawn(["spring"]) for end in line.line.at(posed.poses[0])]
     return np.min([low, *ends], axis=0), np.max([high, *ends], axis=0)
 
 
 def _caption(scene: Scene, posed: Sketch) -> str:
-    """Say which gravity acts, and how many points have no room for their names."""
+    """Return the caption: gravity, and the number of points if they are too many to be named."""
     x, y = scene.gravity
     words = ["no gravity"] if x == y == 0 else [f"gravity ({x:g}, {y:g}) m/s\N{SUPERSCRIPT TWO}"]
     many = len(_named_points(posed))
@@ -376,7 +376,7 @@ def _caption(scene: Scene, posed: Sketch) -> str:
 
 
 def _draw_symbols(axes: Axes, posed: Sketch) -> list[Line2D]:
-    """Draw joints, springs, drives and contacts; returns entries of a legend."""
+    """Draw joints, springs, drives and contacts; return their entries of the legend."""
     factor, _ = posed.unit
     seen: dict[str, Line2D] = {}
     scene, model = posed.scene, posed.model
@@ -396,7 +396,7 @@ def _draw_symbols(axes: Axes, posed: Sketch) -> list[Line2D]:
 
 
 def _named_points(posed: Sketch) -> dict[str, FloatArray]:
-    """Places of all points that the scene names; centres only where a body has no other."""
+    """Return the places of the scene's points; a centre only if its body has no other point."""
     scene = posed.scene
     bodies = scene.bodies.items()
     names = [f"{name}.{p}" for name, body in bodies for p in body.point_names if p != "centre"]
@@ -406,7 +406,7 @@ def _named_points(posed: Sketch) -> dict[str, FloatArray]:
 
 
 def _name(axes: Axes, posed: Sketch) -> None:
-    """Write the names of bodies and of points, those of one place together."""
+    """Write the names of bodies and of points; points at the same place share one text."""
     factor, _ = posed.unit
     low, high = posed.box
     middle, near = (low + high) / 2, FLAT * float(np.max(high - low))
@@ -428,9 +428,9 @@ def _name(axes: Axes, posed: Sketch) -> None:
 
 
 class Labels:
-    """Places names one after the other; what is placed first has the best place.
+    """Places names one after the other; the first names get the best places.
 
-    The limits of the axes, and the layout of the figure, have to be final. Names keep off `lines`
+    The limits of the axes and the layout of the figure must be final. Names keep off `lines`
     (points, 2), in data coordinates.
     """
 
@@ -439,7 +439,7 @@ class Labels:
         self._taken: list[Bbox] = []
         figure = axes.get_figure()
         assert figure is not None
-        self._pixels = figure.dpi / 72  # in a point
+        self._pixels = figure.dpi / 72  # pixels per point
         drawn = [axes.transData.transform(line) for line in lines]
         self._spots = np.concatenate([spots_along(line, SPOT * self._pixels) for line in drawn])
 
@@ -451,9 +451,9 @@ class Labels:
         ]
 
     def write(self, text: str, place: FloatArray, towards: FloatArray, **look: Any) -> None:
-        """Write a name beside a place (data coordinates), rather in the direction `towards`.
+        """Write a name beside a place (data coordinates), preferably in the direction `towards`.
 
-        That of a place outside the axes is left out.
+        A name is omitted if its place lies outside the axes.
         """
         x, y = (float(coordinate) for coordinate in place)
         first, spot = (
@@ -472,7 +472,7 @@ class Labels:
         for far, turn in product(FARTHER, range(DIRECTIONS)):
             angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * pi / DIRECTIONS
             away = np.array([np.cos(angle), np.sin(angle)])
-            # As far as the name's own size in that direction, and a little farther.
+            # The distance is half the size of the name in that direction, and a gap.
             middle = LABEL_DISTANCE * self._pixels * far * away + half * away
             box = Bbox([spot + middle - half, spot + middle + half])
             cost = self._hidden(box) + OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
@@ -482,7 +482,7 @@ class Labels:
         self._taken.append(box.padded(APART * self._pixels))
 
     def _hidden(self, box: Bbox) -> float:
-        """What a name in a box costs by what it hides, and where it leaves the axes."""
+        """Return the cost of a box for a name: what it hides, and its part outside the axes."""
         within = Bbox.intersection(box, self._window)
         inside = 0.0 if within is None else within.width * within.height
         outside = 1 - inside / (box.width * box.height)
@@ -491,7 +491,7 @@ class Labels:
 
 
 def spots_along(line: FloatArray, apart: float) -> FloatArray:
-    """Spots (N, 2) along a line (points, 2), evenly no farther `apart` than that."""
+    """Return spots (N, 2) along a line (points, 2), evenly, with a distance of at most `apart`."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
     lengths = np.linspace(0.0, way[-1], 2 + int(way[-1] / apart))

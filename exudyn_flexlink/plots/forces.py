@@ -1,6 +1,7 @@
-"""Figures of forces, with the first strikes in a zoom, of energies, and of links in their guides.
+"""Figures of forces, bending moments, energies and contacts of links in their guides.
 
-The error of the balance of energies is drawn, too; a guide has its states as a strip.
+Forces have a zoom on the first strikes; energies have the error of their balance; a guide has a
+strip with the states of its contact.
 """
 
 from __future__ import annotations
@@ -76,33 +77,33 @@ STATE_COLOURS = {
     State.SAME_SIDE: "#B87400",
     State.OPPOSITE_SIDES: "#6B1A08",
 }
-"""Ever darker, so that they are told apart in grey too."""
-MOST_ROWS = 12  # of laps in the strip
-LEGEND_HEIGHT = 1.3  # inches
+"""The colours darken from state to state, so that they also differ in grey."""
+MOST_ROWS = 12  # most rows of laps in the strip
+LEGEND_HEIGHT = 1.3  # inches: height of the legend
 STATE_WORDS = {
     State.FREE: "free",
     State.ONE_POINT: "one point",
     State.SAME_SIDE: "two points, same side",
     State.OPPOSITE_SIDES: "two points, opposite sides",
 }
-BENDING_HEIGHT = 2.2  # inches of a link's panel
-LEGEND_ROOM = 1.0  # inches on a screen, of the legend above a panel in a narrow figure
-ROOM = 2.3  # half the height of a drawing, at least, in clearances
-WIDER = 1.1  # times as far as the link reaches
-ARROW = 0.9  # length, in clearances
-FORCE_DIGITS = 2  # that are shown of a wall's force: stiff walls make much of small errors
+BENDING_HEIGHT = 2.2  # inches: height of the panel of a link
+LEGEND_ROOM = 1.0  # inches on a screen: legend above a panel in a narrow figure
+ROOM = 2.3  # clearances: smallest half height of a drawing
+WIDER = 1.1  # height of a drawing, as a multiple of the reach of the link
+ARROW = 0.9  # clearances: length of an arrow
+FORCE_DIGITS = 2  # digits of a wall's force: stiff walls magnify small errors of place
 
 
 def strip_height(result: Result) -> float:
-    """Height (inches) that `strip` needs, its legend included."""
+    """Return the height (inches) of `strip`, with its legend."""
     rows = min(MOST_ROWS, int(laps(result).max())) if forward(result) else 1
     return max(LEGEND_HEIGHT, ROW_HEIGHT * rows + 0.2)
 
 
 def strip(axes: Axes, result: Result, joint: str) -> None:
-    """Draw the states of a joint with play over the crank angle within each lap, one row for a lap.
+    """Draw the states of a joint with play over the crank angle; each lap has a row.
 
-    Without a crank that goes round over time, in one row.
+    If no crank goes round, there is one row, over time.
     """
     states = contact_states(result, joint)
     names = []
@@ -126,13 +127,13 @@ def strip(axes: Axes, result: Result, joint: str) -> None:
 
 
 def within(result: Result, joint: str) -> str:
-    """What is between the walls of a joint with play, in words."""
+    """Name what the walls of a joint with play enclose."""
     slot = isinstance(result.scene.joints[joint], SlotJoint)
     return f"{'pin' if slot else 'link'} in {joint}"
 
 
 def _rows(result: Result, states: ContactStates) -> Iterator[tuple[str, FloatArray, IntArray]]:
-    """Name, edges (K + 1,) and states (K,) of every row of the strip."""
+    """Yield the name, edges (K + 1,) and states (K,) of every row of the strip."""
     if not forward(result):
         yield "state", states.time, states.state
         return
@@ -147,10 +148,11 @@ def _rows(result: Result, states: ContactStates) -> Iterator[tuple[str, FloatArr
 
 @styled
 def guide_contact(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
-    """The link in its guide free, on one point and on two (paper, Fig. 2), at instants of the run.
+    """Draw the link in its guide: free, on one point and on two points (paper, Fig. 2).
 
-    Each is the middle of the longest time in that state; what never occurs is left out. Drawn in
-    the guide's axes, across it larger than along it. None without clearance.
+    Each panel shows the middle of the longest time in that state, in the axes of the guide. The
+    scale is larger across the guide than along it. States that never occur are omitted. None
+    without clearance.
     """
     model = build_mechanism(result.scene)
     channel = next((channel for channel in model.channels if channel.clearance > 0), None)
@@ -185,7 +187,7 @@ def guide_contact(result: Result, *, style: Style = SCREEN, ax: Given = None) ->
 
 @styled
 def bending(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
-    """Bending moment along every flexible link over the run; None without any hinge."""
+    """Draw the bending moment along every flexible link over the run; None without hinges."""
     links = list(bent_links(result.scene))
     if not links or len(result.time) < 2:
         return None
@@ -202,7 +204,7 @@ def bending(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figur
 
 
 def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> None:
-    """Draw a link's moments as colours, each place a band up to the middle to the next one."""
+    """Draw the moments of a link as colours; a hinge's band ends half-way to the next hinge."""
     body = bent_links(result.scene)[bent.link]
     factor, unit = length_unit(body.length)
     half = 0.5 * body.length / body.rods
@@ -210,7 +212,7 @@ def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> N
     middles = (bent.place[1:] + bent.place[:-1]) / 2
     edges = factor * np.concatenate([ends[:1], middles, ends[1:]])
     most = float(np.abs(bent.moment).max()) or 1.0
-    # A colour holds from the middle between two samples to the next one.
+    # The colour of a sample extends half-way to the next sample.
     times = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
     drawn = axes.pcolormesh(
         times, edges, bent.moment.T, cmap="RdBu_r", vmin=-most, vmax=most, rasterized=True
@@ -229,14 +231,14 @@ def _draw_bending(axes: Axes, result: Result, bent: Bending, x: FloatArray) -> N
 
 
 def _instants(result: Result, joint: str) -> list[tuple[str, int]]:
-    """What is shown, and the sample: that nearest the middle of the longest time in each case."""
+    """Return the caption and the sample of each state: the middle of its longest time."""
     states = contact_states(result, joint)
     instants = []
     for cases in ((State.FREE,), (State.ONE_POINT,), TWO_POINTS):
         stretches = states.stretches(cases)
         for begin, end in stretches[np.argsort(stretches[:, 0] - stretches[:, 1], kind="stable")]:
             inside = np.flatnonzero((result.time > begin) & (result.time < end))
-            if len(inside):  # one shorter than the time between two samples was not seen
+            if len(inside):  # no sample lies in a state that is shorter than a sampling interval
                 nearest = np.argmin(np.abs(result.time[inside] - (begin + end) / 2))
                 index = int(inside[nearest])
                 state = State(int(states.at(result.time[index : index + 1])[0]))
@@ -261,7 +263,7 @@ def _draw(axes: Axes, result: Result, model: Mechanism, channel: Channel, index:
 
 
 def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> None:
-    """Mark the points of contact, with the force (N) on the link at each."""
+    """Mark the points of contact, with the force (N) on the link at each point."""
     history, q = result.sleeves[channel.name], result.poses[index]
     factor, _ = length_unit(channel.length)
     force = history.force[index]
@@ -275,7 +277,7 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
             tail = y + side * ARROW * channel.clearance * factor
             arrow = {"arrowstyle": "-|>", "color": RED, "linewidth": 1.6, "shrinkA": 0}
             axes.annotate("", (x, y), (x, tail), arrowprops=arrow, zorder=6)
-            # Of points close together on one side, the number of the last goes to the right.
+            # If points are close together on one side, the last number is at the right.
             right = len(pressing) > 1 and k == last
             axes.annotate(
                 f"{force[k]:#.{FORCE_DIGITS}g} N",
@@ -290,8 +292,8 @@ def _mark_contacts(axes: Axes, result: Result, channel: Channel, index: int) -> 
             axes.plot(x, y, "D", color=ORANGE, markersize=4, label=label, zorder=7)
 
 
-BEFORE, AFTER = 0.1, 0.5  # of a strike's duration, shown before and after it
-LEAST_HEIGHT = 1.75  # inches of a panel
+BEFORE, AFTER = 0.1, 0.5  # of the strike's duration: time shown before and after it
+LEAST_HEIGHT = 1.75  # inches: smallest height of a panel
 _ENERGIES = (
     ("kinetic", BLUE, "-"),
     ("stored", GREEN, "-"),
@@ -304,10 +306,10 @@ _ENERGIES = (
 def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
     """Drive torques, slot, joint, wall and contact forces over the crank angle, or over time.
 
-    Below, the first strike of every contact in a zoom. What a second run tells of their
-    errors stands with them, and as a band. What the scene does not have is left out, and so is what
-    never acts beside others that do, or has impacts without duration alone; None if nothing is
-    left.
+    Panels below show the first strike of every contact in a zoom. Errors that a second run
+    measured are written beside the forces, and drawn as bands. A force is omitted if the scene
+    lacks it, or if it never acts while others do, or if it comes from impacts without duration
+    only. None if no force is left.
     """
     panels = _panels(result)
     if not panels or len(result.time) < 2:
@@ -335,7 +337,7 @@ def forces(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
 
 
 def _draw_forces(axes: Axes, result: Result, panel: dict[str, Force], x: FloatArray) -> None:
-    """Draw forces of one quantity; zero is in sight, so that rounding does not look like forces."""
+    """Draw forces of one quantity. The axis includes zero, so that rounding does not look large."""
     thin = 0.8 * float(mpl.rcParams["lines.linewidth"])
     series = [force.size for force in panel.values()]
     widths = line_widths(series, thin)
@@ -349,7 +351,7 @@ def _draw_forces(axes: Axes, result: Result, panel: dict[str, Force], x: FloatAr
         label += f" \N{PLUS-MINUS SIGN} {error_text(error)}" if error > 0 else ""
         axes.plot(x, force.size, color=colour, linewidth=width, alpha=faint, label=label)
         if deviations.free is not None:
-            # While something touches, the largest error is that of a peak: none of an instant.
+            # During a touch the largest error is that of a peak, not that of an instant.
             known = ~touching(result, result.time) & (result.time < result.error.known_until)
             ends = (force.size - deviations.free.largest, force.size + deviations.free.largest)
             axes.fill_between(x, *ends, where=known, color=colour, alpha=0.25, linewidth=0)
@@ -357,7 +359,7 @@ def _draw_forces(axes: Axes, result: Result, panel: dict[str, Force], x: FloatAr
 
 
 def _place(scene: Scene, force: Force) -> str:
-    """At which point a force acts, in words; nothing of a torque, and of what has no one point."""
+    """Name the point at which a force acts; empty for a torque, and for a force without a point."""
     sections = {"joint": scene.joints, "slot": scene.joints, "spring": scene.springs,
              "drive": scene.drives, "contact": scene.contacts}  # fmt: skip
     part = sections.get(force.quantity.split()[0], {}).get(force.name)
@@ -369,7 +371,7 @@ def _place(scene: Scene, force: Force) -> str:
 
 
 def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
-    """Draw the first strikes, each from its first touch on."""
+    """Draw the first strikes; time counts from the first touch of each."""
     longest = max(strike.end - strike.begin for strike in zooms.values())
     for i, (name, strike) in enumerate(zooms.items()):
         since = result.time - strike.begin
@@ -387,13 +389,13 @@ def _zoom(axes: Axes, result: Result, zooms: dict[str, Strike]) -> None:
 
 
 def _panels(result: Result) -> dict[str, dict[str, Force]]:
-    """Forces by what an axis is called, with the unit, and by their own names.
+    """Return forces by the label of their axis (with its unit), and by their names.
 
-    Of a panel where some act, those that never do are left out: a Geneva wheel has two dozen
-    contacts, of which a turn needs eight.
+    A panel omits forces that never act while others do: a Geneva wheel has two dozen contacts, and
+    a turn uses eight of them.
     """
     panels: dict[str, dict[str, Force]] = {}
-    # Between impacts without duration a line at zero looks as if nothing had been struck.
+    # Impacts without duration have no force: a line at zero would look like no impact at all.
     momentary = momentary_forces(result)
     for name, force in forces_of(result).items():
         if name not in momentary:
@@ -407,12 +409,12 @@ def _panels(result: Result) -> dict[str, dict[str, Force]]:
         acting = {name: force for name, force in panel.items() if _acts(result, force)}
         panels[axis] = acting or panel
         if momentary and not acting and axis.startswith("contact"):
-            del panels[axis]  # of two stops the one that was never struck
+            del panels[axis]  # no force of this axis acts, as of a stop that nothing strikes
     return panels
 
 
 def _acts(result: Result, force: Force) -> bool:
-    """Tell whether a force is ever there; a touch may be shorter than what is between samples."""
+    """Tell whether a force ever acts; a touch may be shorter than the sampling interval."""
     contact = result.contacts.get(force.name) if force.quantity.startswith("contact") else None
     touched = contact is not None and len(contact.touches) > 0
     return touched or bool(np.any(force.size))
@@ -420,9 +422,9 @@ def _acts(result: Result, force: Force) -> bool:
 
 @styled
 def energy(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
-    """Energies over time and, on a logarithmic axis, what their balance misses.
+    """Draw energies over time and, on a logarithmic axis, the error of their balance.
 
-    None if there is nothing but one sample.
+    None if the run has only one sample.
     """
     if len(result.time) < 2:
         return None
@@ -453,7 +455,7 @@ def energy(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure
 
 
 def _residual(axes: Axes, result: Result, factor: float, unit: str) -> None:
-    """Draw what the energy balance misses; `factor` is that from J to the unit."""
+    """Draw the error of the energy balance; `factor` converts J to the unit."""
     missed, colours = {"|error|": factor * result.energy.residual}, [engine_colour(result)]
     logarithmic(axes, result.time, missed, colours, "zero throughout")
     axes.set_ylabel(f"error ({unit})")

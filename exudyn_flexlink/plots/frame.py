@@ -1,4 +1,4 @@
-"""How figures look, on a screen and in print: styles, title, caption, notes; and their files."""
+"""Frames of figures on a screen and in print: styles, titles, captions, notes, and files."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from exudyn_flexlink.shipped import ENGINES, FIGURE_FORMATS
 Parameters = ParamSpec("Parameters")
 Drawn = TypeVar("Drawn")
 
-# By Okabe and Ito: colour-blind readers can tell them apart, and in grey by their lightness.
+# Palette of Okabe and Ito: colour-blind readers can tell its colours apart, also in grey.
 BLUE, GREEN, RED, ORANGE = "#0072B2", "#009E73", "#D55E00", "#E69F00"
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#222222", "#777777"
 FAILED = "#C00000"
 OTHERS = (GREEN, PURPLE, ORANGE, SKY, BLACK)
-"""Colours of lines that stand for no engine."""
+"""Colours of lines that do not stand for an engine."""
 SERIES = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK, GREY)
-"""Colours of lines in one panel, in order."""
+"""Colours of the lines in one panel, in order."""
 
 ENGINE_COLOURS = dict(zip(ENGINES, SERIES, strict=False))
 """The colour of each engine in every figure."""
 
 _SHARED: dict[str, Any] = {
-    # Printers want text in a PDF as TrueType; with a fixed salt a run always gives the same file.
+    # Printers want TrueType text in a PDF. With a fixed salt, a run always gives the same file.
     "pdf.fonttype": 42,
     "svg.hashsalt": "exudyn-flexlink",
     "font.family": "sans-serif",
@@ -58,7 +58,7 @@ _SHARED: dict[str, Any] = {
 }
 
 
-NARROW = 5.0  # inches: a figure less wide has no room for a legend beside its axes
+NARROW = 5.0  # inches: a narrower figure has no room for a legend beside its axes
 _UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
 
@@ -66,7 +66,7 @@ _UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 class Style:
     """Look of figures: `width` (inches), `scale` of heights, font sizes and lines (points).
 
-    `titled` figures have a title above and a caption below; in print the page around has these.
+    `titled` figures have a title above and a caption below; in print the page has both.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Style:
 
     @property
     def narrow(self) -> bool:
-        """Whether figures have no room beside their axes, so that legends are above these."""
+        """Whether figures have no room beside their axes; legends then stand above the axes."""
         return self.width < NARROW
 
     @property
@@ -109,9 +109,9 @@ STYLES = {style.name: style for style in (SCREEN, PRINT)}
 
 @contextmanager
 def settings(rc: Mapping[Any, Any], *, users: bool = False) -> Iterator[None]:
-    """Draw with settings of matplotlib, and without warnings of letters that the font lacks.
+    """Draw with settings of matplotlib, without warnings about letters that the font lacks.
 
-    What `rc` leaves out has matplotlib's defaults; with `users` it has the user's settings.
+    Settings that `rc` omits have matplotlib's defaults; with `users`, the user's values.
     """
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
@@ -120,9 +120,9 @@ def settings(rc: Mapping[Any, Any], *, users: bool = False) -> Iterator[None]:
 
 
 def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
-    """Let a function draw in its keyword argument `style`, by default that of the screen.
+    """Let a function draw in the style of its argument `style`; the default is the screen's.
 
-    In the user's axes, `ax`, what the style leaves out has the user's settings.
+    In axes of the user, `ax`, settings that the style omits have the user's values.
     """
 
     @wraps(draw)
@@ -134,7 +134,7 @@ def styled(draw: Callable[Parameters, Drawn]) -> Callable[Parameters, Drawn]:
             drawn, ink = draw(*args, **kwargs), mpl.rcParams["text.color"]
             another = users and ink != mpl.rcParamsDefault["text.color"]
             for line in drawn.findobj(Line2D) if another and isinstance(drawn, Figure) else ():
-                if line.get_color() == BLACK:  # which is not seen on a dark page
+                if line.get_color() == BLACK:  # black would be invisible on a dark page
                     line.set_color(ink)
             return drawn
 
@@ -157,7 +157,7 @@ def save_figure(
 
 
 def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes:
-    """Return a figure as the content of a file of a format, with its own dots per inch or `dpi`."""
+    """Return a figure as the content of a file, with the figure's dots per inch or with `dpi`."""
     written = BytesIO()
     with settings(SCREEN.rc):
         figure.savefig(written, format=suffix, dpi=dpi or figure.dpi, metadata=_UNDATED.get(suffix))
@@ -165,39 +165,39 @@ def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes
 
 
 def is_figure(content: bytes) -> bool:
-    """Whether the content of a file is a figure of matplotlib, whose name is in every format."""
+    """Whether the content of a file is a figure of matplotlib; each format contains that name."""
     return b"atplotlib" in content
 
 
-FLAT = 1e-6  # of what is drawn: places, and radii, that differ by less are one
-LEGEND = 2.4  # inches on a screen, of a legend beside axes; in print above or below them
-ROW_HEIGHT = 0.24  # inches on a screen, of a line of a legend, or of a row beside it
-LINE = 0.022  # inches: height of a line of text per point of its font
-MOST_LINES = 4  # of a title, note or caption: the rest is left out
-LONG = re.compile(r"\S{33,}")  # a name that leaves the figure no room
-EDGE = 0.1  # inches, left and right of text
+FLAT = 1e-6  # of the drawing: places, or radii, count as equal if they differ by less
+LEGEND = 2.4  # inches on a screen: legend beside the axes; in print it is above or below
+ROW_HEIGHT = 0.24  # inches on a screen: a line of a legend, or a row beside it
+LINE = 0.022  # inches per point of the font: height of a line of text
+MOST_LINES = 4  # most lines of a title, note or caption; the rest is omitted
+LONG = re.compile(r"\S{33,}")  # a name so long that the figure has no room
+EDGE = 0.1  # inches: margin left and right of text
 SHOWN = 100  # dots per inch in a notebook
-MOST_PASSES = 12  # of the layout; a tall mechanism beside a broad legend takes four
+MOST_PASSES = 12  # most passes of the layout; a tall mechanism beside a broad legend takes four
 
 
 class ShownFigure(Figure):
-    """A figure that a notebook shows as the value of a cell, with its inline backend or without.
+    """A figure that a notebook shows as the value of a cell, with or without its inline backend.
 
-    It is drawn in its own style: matplotlib makes ticks, and chooses the colour of the page, only
-    when it draws.
+    The figure keeps its style for drawing: only then does matplotlib make ticks and choose the
+    colour of the page.
     """
 
     style = SCREEN
 
     def draw(self, renderer: RendererBase) -> None:
-        """Draw it in its style, whatever the user's is now, and shorten long names."""
+        """Draw the figure in its style, whatever the user's style is now; shorten long names."""
         with settings(self.style.rc):
             for text in set(self.findobj(Text)) - set(self.texts):
                 text.set_text(shortened(text.get_text()))
             super().draw(renderer)
 
     def savefig(self, fname: Any, **more: Any) -> None:
-        """Write it on a white page, unless a colour is asked for."""
+        """Write the figure on a white page, unless the caller gives a colour."""
         super().savefig(fname, **{"facecolor": "auto", **more})
 
     def _repr_png_(self) -> bytes:
@@ -205,9 +205,9 @@ class ShownFigure(Figure):
 
 
 def new_figure(result: Result, subject: str, height: float, style: Style = SCREEN) -> Figure:
-    """Return an empty figure with title, subject, caption and, if the run is doubtful, a note.
+    """Return an empty figure with title, subject and caption, and a note if the run is doubtful.
 
-    `height` (inches) is that of the panels on a screen, without title and caption.
+    `height` (inches) is the height of the panels on a screen, without title and caption.
     """
     notes, caption = [doubts_of(result)], [(caption_of(result), GREY)]
     head = result.scene.title, subject
@@ -228,9 +228,9 @@ def framed_figure(
     notes: Sequence[str] = (),
     caption: Sequence[tuple[str, str]] = (),
 ) -> Figure:
-    """Return an empty figure with words around it: title and subject, notes, a coloured caption.
+    """Return an empty figure with its texts: title and subject, notes, a coloured caption.
 
-    `height` (inches) is that of the panels on a screen. In print there are only the notes.
+    `height` (inches) is the height of the panels on a screen. In print there are only notes.
     """
     (title, subject), font, small = heading, style.font, style.small
     room = style.width - 2 * EDGE
@@ -240,7 +240,7 @@ def framed_figure(
         titles = wrapped(title, room, font + 1, "bold")
         named = [(line, font + 1, "black", "bold") for line in titles]
         above = [*named, (shortened(subject), font, BLACK, "normal"), *above]
-        # The name of the engine stands at the right of the last line.
+        # The last line leaves room at the right for the name of the engine.
         below = [(line, c) for text, c in caption for line in wrapped(text, room - 1.5, small)]
     line_height = LINE * font
     top = line_height * len(above) + 0.12 * bool(above)
@@ -249,7 +249,7 @@ def framed_figure(
     layout = ConstrainedLayoutEngine(rect=(0.0, bottom / whole, 1.0, style.scale * height / whole))
     figure = ShownFigure((style.width, whole), style.dpi, layout=layout, facecolor="white")
     figure.style = style
-    figure.set_label(subject)  # which a page shows as its caption
+    figure.set_label(subject)  # a page uses the label as its caption
     left = EDGE / style.width
     for i, (line, size, colour, weight) in enumerate(above):
         place = left, 1 - (0.08 + line_height * i) / whole
@@ -263,10 +263,10 @@ def framed_figure(
 
 
 def settle(figure: Figure) -> None:
-    """Lay out a figure until nothing beside its axes is cut off at its edges.
+    """Repeat the layout of a figure until its edges cut nothing off.
 
-    Matplotlib makes one pass a drawing. It takes more where axes keep their aspect: labels and the
-    legend move as the axes shrink, and the first passes leave them partly outside.
+    Matplotlib makes one pass for each drawing. Axes of fixed aspect need more: labels and the
+    legend move as the axes shrink, and lie partly outside after the first passes.
     """
     for _ in range(MOST_PASSES):
         figure.draw_without_rendering()
@@ -276,14 +276,14 @@ def settle(figure: Figure) -> None:
 
 
 def shortened(text: str) -> str:
-    """Return a text in which only both ends are left of names that are too long."""
+    """Return a text; names that are too long keep only their first and last letters."""
     return LONG.sub(lambda text: f"{text[0][:16]}\N{HORIZONTAL ELLIPSIS}{text[0][-15:]}", text)
 
 
 def wrapped(text: str, width: float, size: float, weight: str = "normal") -> list[str]:
     """Break a text into lines no wider than `width` (inches) in a font of `size` points.
 
-    Text beyond a few lines is left out; dots stand for it.
+    A text has at most a few lines; dots stand for the rest.
     """
     font = FontProperties(size=size, weight=weight)
     columns = max(int(len(text) * 72 * width / (text_width(text, font) or 1.0)), 10)
@@ -296,13 +296,13 @@ def wrapped(text: str, width: float, size: float, weight: str = "normal") -> lis
 
 
 def text_width(line: str, font: FontProperties) -> float:
-    """Width of a line in points; a dollar sign is a letter, it does not begin a formula."""
+    """Return the width of a line in points; a dollar sign is a letter and begins no formula."""
     with settings({}):
         return float(text_to_path.get_text_width_height_descent(line, font, ismath=False)[0])
 
 
 def caption_of(result: Result) -> str:
-    """Say what results depend on (hinges, rods, accuracy), and their error."""
+    """Return the caption: hinges and rods, accuracy, and the error of the run."""
     words, asked = links_of(result.scene), result.scene.accuracy
     if (elements := result.settings.elements) is not None:
         words.append(f"as beams of {elements} elements, shown by rods")
@@ -316,7 +316,7 @@ def caption_of(result: Result) -> str:
 
 
 def error_of(error: MeasuredError) -> str:
-    """Say how far points are off, at first and later, as far as that is known."""
+    """Say how large the error of points is, at first and later, as far as it is known."""
     exceeds, end = error.exceeds_from, error.known_until
     if error.missing:
         return "error not measured"
@@ -327,7 +327,7 @@ def error_of(error: MeasuredError) -> str:
 
 
 def doubts_of(result: Result) -> str:
-    """Say that a run failed, from when on it may be off by more than asked, or that it warns."""
+    """Say that a run failed, from when its error may exceed the tolerance, or that it warns."""
     error, count = result.error, len(result.warnings)
     if not result.outcome.completed:
         return result.outcome.ending
@@ -346,7 +346,7 @@ def error_text(error: float) -> str:
 
 
 def links_of(scene: Scene) -> list[str]:
-    """Hinges and rods of flexible bodies, in words."""
+    """Return hinges and rods of flexible bodies, in words."""
     texts = []
     for name, body in scene.bodies.items():
         if isinstance(body, FlexibleBody):

@@ -1,4 +1,4 @@
-"""Figures of linear equations: how a mechanism moves in its modes, and how it answers a force."""
+"""Figures of linear equations: modes of a mechanism, and its response to a force."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from exudyn_flexlink.plots.panels import letter
 from exudyn_flexlink.rounding import NEGLIGIBLE
 
 SHOWN_MODES, COLUMNS = 6, 3
-PHASES = np.array([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])  # of a mode: how far it goes, and between
-SIZE = 0.12  # of the mechanism: how far a mode moves its farthest point in the figure
+PHASES = np.array([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])  # rad: phases of a mode in a figure
+SIZE = 0.12  # of the mechanism: largest displacement of a mode in the figure
 PALE = 0.3
-BESIDE, ABOVE = 0.7, 0.9  # inches of a panel beside, and above and below, its axes
-AHEAD = 1.0  # deg: a phase that leads by less is rounding, by more lags by the rest of a turn
+BESIDE, ABOVE = 0.7, 0.9  # inches: room beside the axes of a panel; above and below them
+AHEAD = 1.0  # deg: a smaller phase lead is rounding; a larger one is a lag, by the rest of 360 deg
 
 
 @styled
 def modes(model: LinearModel, *, style: Style = SCREEN) -> Figure:
-    """Draw the slowest modes, a panel each: where the mechanism is, and how far it goes, pale."""
+    """Draw the slowest modes, each in a panel: the mechanism in its state; its amplitudes, pale."""
     shown = model.modes[:SHOWN_MODES]
     q = model.assembly.state.q
     low, high = Sketch(model.scene, q[None]).box

@@ -1,4 +1,4 @@
-"""Figures of motion: the watched point lap by lap, and polar; struck bodies, strike by strike."""
+"""Figures of motion: the watched point by lap and in polar form, and struck bodies by strike."""
 
 from __future__ import annotations
 
@@ -74,19 +74,19 @@ from exudyn_flexlink.stability import laps_of_cycle
 X_COLOURS = (BLUE, GREEN, SKY, BLACK)
 Y_COLOURS = ("#8C1C13", "#E8704A", "#F2A541", PURPLE)
 
-OFF = -0.1  # of a polar plot's width: where its radial scale stands
-NESTED = 4  # laps, at most, that are drawn each thinner than the one before and named alone
-STEP = 0.8  # line widths between two of them
+OFF = -0.1  # of a polar plot's width: place of its radial scale
+NESTED = 4  # most laps that are drawn each thinner than the one before, each with its own name
+STEP = 0.8  # line widths: difference in width of two such laps
 
 
 @styled
 def coordinates(
     result: Result, point: str | None = None, *, style: Style = SCREEN, ax: Given = None
 ) -> Figure | None:
-    """Both coordinates of a point (default: the watched one) lap by lap (paper, Fig. 3).
+    """Draw both coordinates of a point (default: the watched point) lap by lap (paper, Fig. 3).
 
-    Over the crank angle within each lap; over time without a crank that goes round and never back.
-    None if there is nothing but one sample.
+    The abscissa is the crank angle within each lap. It is time if no crank goes round without going
+    back. None if the run has only one sample.
 
     Raises:
         ValueError: the scene has no such point.
@@ -131,7 +131,7 @@ def coordinates(
 
 
 def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> None:
-    """Draw places (N, 2), in the unit that is shown, over the crank angle within each lap."""
+    """Draw places (N, 2), in the unit of the figure, over the crank angle within each lap."""
     cycle, laps = laps_of_cycle(result.scene), list(by_lap(result))
     shade_laps(axes, result, [lap.turned for lap in laps], laps, position)
     for i, (name, colours) in enumerate((("$x$, ", X_COLOURS), ("$y$, ", Y_COLOURS))):
@@ -140,14 +140,14 @@ def _coordinates_by_lap(axes: Axes, result: Result, position: FloatArray) -> Non
             axes.plot(lap.turned, position[lap.samples, i], **look)
     _mark_strikes(axes, result, position)
     largest = max(float(np.max(lap.turned)) for lap in laps)
-    axes.set_xlim(0.0, largest or 2 * np.pi)  # a crank that stands still
+    axes.set_xlim(0.0, largest or 2 * np.pi)  # 2 pi for a crank that does not move
     axes.xaxis.set_major_locator(MultipleLocator(np.pi / 4 if largest > np.pi else np.pi / 12))
     axes.xaxis.set_major_formatter(lambda x, _: f"{np.degrees(x):.0f}")
     axes.set_xlabel("crank angle within each lap (degrees)")
 
 
 def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
-    """Mark where the first touch of every strike is on the lines of places (N, 2)."""
+    """Mark the first touch of every strike on the lines of places (N, 2)."""
     all_strikes = [strike for name in result.scene.all_contacts for strike in strikes(result, name)]
     begins = [strike.begin for strike in all_strikes]
     before = 2 * np.pi * np.array([(strike.lap or 1) - 1 for strike in all_strikes])
@@ -160,13 +160,13 @@ def _mark_strikes(axes: Axes, result: Result, position: FloatArray) -> None:
 
 @styled
 def polar(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
-    """Distance of the watched point from the origin O over the crank angle (paper, Fig. 5).
+    """Draw the watched point's distance from the origin O over the crank angle (paper, Fig. 5).
 
-    None without a crank that goes round: an angle that swings says nothing in polar form. Axes that
-    are given keep their radial scale.
+    None if no crank goes round: a swinging angle suits no polar plot. Axes of the user keep their
+    radial scale.
 
     Raises:
-        ValueError: the axes that are given are not polar.
+        ValueError: axes of the user are not polar.
 
     """
     if not turns(result) or len(result.time) < 2:
@@ -204,14 +204,14 @@ def draw_radius(axes: PolarAxes, result: Result, radius: FloatArray) -> None:
 
 
 def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
-    """Set the circles for these radii, and tell their size by a scale off the data, at the left.
+    """Set the circles of a polar plot for these radii; a scale at the left gives their size.
 
-    Most of the radius is the same everywhere: what differs gets most of the room. Where nothing
-    does but by rounding, the scale begins at 0.
+    Most of a radius is equal at all angles, so the scale gives most room to the differences. If
+    all radii are equal but for rounding, the scale begins at 0.
     """
     low, high = float(np.min(radius)), float(np.max(radius))
     if high - low <= FLAT * high:
-        low, high = 0.0, high * (1 - FLAT)  # a circle at 300 mm is that of 300.0000001 mm, too
+        low, high = 0.0, high * (1 - FLAT)  # a circle of 300 mm shall not depend on rounding
     span = (high - low) or 1.0
     circles = MaxNLocator(5).tick_values(max(0.0, low - 0.1 * span), high)
     start, end = max(0.0, float(circles[0])), high + 0.05 * span
@@ -222,7 +222,7 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
     axes.set_rgrids(shown, [""] * len(shown))
     axes.xaxis.set_major_formatter(lambda x, _: f"{np.degrees(x):.0f}")
     axes.set_xlabel("crank angle (degrees)")
-    inner = 0.5 * (start - middle) / (end - middle)  # of the circle's width, the hole's radius
+    inner = 0.5 * (start - middle) / (end - middle)  # the hole's radius over the circle's width
     scale = axes.inset_axes((OFF, 0.5 + inner, 1e-3, 0.5 - inner), projection="rectilinear")
     scale.set_ylim(start, end)
     scale.yaxis.set_major_locator(FixedLocator(shown))
@@ -237,7 +237,7 @@ def radial_scale(axes: PolarAxes, radius: FloatArray, label: str) -> None:
 
 @dataclass(frozen=True)
 class Lap:
-    """Samples of one lap: its number, crank angle turned since it began (rad), their indices."""
+    """One lap: its number, the crank angle (rad) since its begin, the indices of its samples."""
 
     number: int
     turned: FloatArray
@@ -245,7 +245,7 @@ class Lap:
 
 
 def by_lap(result: Result) -> Iterator[Lap]:
-    """Split a run into laps; each but the last goes on to the first sample of the next."""
+    """Split a run into laps; each lap but the last includes the first sample of the next."""
     turned, lap = turned_since_start(result), laps(result)
     for number in range(1, int(lap.max()) + 1):
         samples = np.flatnonzero(lap == number)
@@ -259,11 +259,12 @@ def by_lap(result: Result) -> Iterator[Lap]:
 def lap_look(
     number: int, cycle: int, last: int, colours: Sequence[str] = X_COLOURS, name: str = ""
 ) -> dict[str, Any]:
-    """How a lap of `last` is drawn: laps on one curve of the `cycle` share a colour.
+    """Return the look of a lap out of `last`; laps on one curve of the `cycle` have one colour.
 
-    A few laps are nested, each broader and paler than those after it, so that all are seen where
-    they lie on each other. Of many, those of the first cycle are, and later ones are thin lines.
-    Those of one colour have one entry in the legend, of many the first cycle's another.
+    A few laps are nested: each is broader and paler than later ones, so that laps on one curve are
+    all visible. Of many laps only those of the first cycle are nested; later ones are thin lines.
+    Laps of one colour share one entry of the legend; of many laps, those of the first cycle have
+    another.
     """
     rank, label = last - number, f"{name}lap {number}"
     if last <= NESTED:
@@ -290,9 +291,9 @@ def lap_look(
 def shade_laps(
     axes: Axes, result: Result, x: Sequence[FloatArray], laps: Sequence[Lap], series: FloatArray
 ) -> None:
-    """Shade, along the lines of laps, what lies beyond the horizon.
+    """Shade the part of each lap's line that lies beyond the horizon.
 
-    `x` holds the places of each lap's samples, `series` (N, k) the values of the whole run.
+    `x` has the abscissas of each lap's samples, `series` (N, k) the values of the whole run.
     """
     extent = horizon(result)
     if extent is None:
@@ -309,17 +310,17 @@ def shade_laps(
 Function = Callable[[Any], FloatArray]
 
 STRIKES_SHOWN = len(OTHERS)
-SHOWN_BEFORE, SHOWN_AFTER = 0.005, 0.15  # s before and after the first touch
+SHOWN_BEFORE, SHOWN_AFTER = 0.005, 0.15  # s: time shown before and after the first touch
 _interpolated = partial(make_interp_spline, k=1)
-"""Piecewise linear function, going on straight beyond its ends as matplotlib needs."""
-ANGLE_DECIMALS = 12  # decimals of angles (rad) that tell one from another
+"""Piecewise linear function; straight beyond its ends, because matplotlib evaluates it there."""
+ANGLE_DECIMALS = 12  # decimals (rad): angles that are equal in these count as one
 
 
 @styled
 def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure | None:
-    """Angle or displacement of every struck body that moves, over time; below, strike by strike.
+    """Draw angle or displacement of every struck body that moves over time, and below by strike.
 
-    None if there is none.
+    None if no struck body moves.
     """
     struck = struck_bodies(result.scene).items() if len(result.time) > 1 else ()
     responses = {contact: lever_response(result, contact) for _, contact in struck}
@@ -348,7 +349,7 @@ def lever(result: Result, *, style: Style = SCREEN, ax: Given = None) -> Figure 
         panel(axes)
     letter(panels)
     if ax is None:
-        settle(panels[0].figure.figure)  # numbers are placed in a layout that is final
+        settle(panels[0].figure.figure)  # the layout must be final before numbers are placed
     for i, axes in enumerate(panels):
         if i in peaks:
             _annotate_peaks(axes, result, *peaks[i])
@@ -369,24 +370,24 @@ def _whole_run(
         axes.plot(strike.begin, value, "v", color=BLACK, markersize=sized(6), label=mark, zorder=5)
     _mark_impacts(axes, result, response.body)
     axes.set_xlim(response.time[0], response.time[-1])
-    axes.margins(y=0.2 / style.scale)  # room for the numbers of the peaks
+    axes.margins(y=0.2 / style.scale)  # room for the numbers at the peaks
     axes.set_ylabel(ylabel)
     axes.set_xlabel("time (s)")
-    second = bool(axes.child_axes)  # of another run, in axes that were given
-    if not style.narrow and not second:  # in a narrow figure the legend stands above
+    second = bool(axes.child_axes)  # axes of the user that already have a run
+    if not style.narrow and not second:  # in a narrow figure the legend is above the axes
         _turns_on_top(axes, result)
     has_scale = not second and _tip_scale(axes, response)
     legend_outside(axes, 1.13 if has_scale else 1.01)
 
 
 def _scale(response: LeverResponse) -> tuple[float, str]:
-    """Factor from the value's unit to that which is shown, and the label of its axis."""
+    """Return the factor from the value's unit to the unit of the figure, and the axis label."""
     factor, unit = shown_in(response.measure.unit, response.value)
     return factor, f"{response.measure.word} of {response.body} ({unit})"
 
 
 def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
-    """Tick every impact at the lower edge: impulses have no duration that a span could show."""
+    """Mark every impact by a tick at the lower edge, because an impulse has no duration."""
     contacts = [n for n, c in result.scene.all_contacts.items() if c.struck == body]
     hits = [
         interval.begin
@@ -403,9 +404,9 @@ def _mark_impacts(axes: Axes, result: Result, body: str) -> None:
 def _annotate_peaks(
     axes: Axes, result: Result, response: LeverResponse, all_strikes: list[Strike]
 ) -> None:
-    """Write both extremes beside them, off the line and off what is marked in the axes.
+    """Write both extremes beside them, away from the line and from marks in the axes.
 
-    Of what an error leaves few digits, one more is shown, and the error.
+    If the error leaves few digits, the text has one more digit, and the error.
     """
     if not np.any(response.value):
         return
@@ -425,7 +426,7 @@ def _annotate_peaks(
         off = position_error(result, time)
         error = None if off is None else _error_of(response, off)
         if error is not None and 0 < abs(value) <= error:
-            continue  # no digit of it is known
+            continue  # its error leaves no digit
         text = number_text(scale * value, error and scale * error, signed=True)
         more = number_text(scale * value, error and scale * error / 10, signed=True)
         if error is not None and more != text:
@@ -446,7 +447,7 @@ def _annotate_peaks(
 
 
 def _error_of(response: LeverResponse, off: float) -> float | None:
-    """Error of the value where places are off by `off` (m); None where the tip does not tell."""
+    """Return the error of the value for an error `off` (m) of places; None if the tip rests."""
     if response.measure is not ANGLE:
         return off
     arm = float(np.max(np.abs(response.tip_displacement)) / np.max(np.abs(response.value)))
@@ -454,7 +455,7 @@ def _error_of(response: LeverResponse, off: float) -> float | None:
 
 
 def _turns_on_top(axes: Axes, result: Result) -> None:
-    """Add the crank's turns above the axes, where the crank only goes forward."""
+    """Add the crank's turns above the axes, if the crank only goes forward."""
     if not turns(result):
         return
     made = turned_since_start(result) / (2 * np.pi)
@@ -466,9 +467,9 @@ def _turns_on_top(axes: Axes, result: Result) -> None:
 
 
 def _tip_of_angle(response: LeverResponse) -> tuple[Function, Function] | None:
-    """Tip displacement (m) as a function of the angle, and the other way round.
+    """Return the tip displacement (m) as a function of the angle, and the inverse function.
 
-    None where it does not follow an angle, or has one displacement at two angles, as a wheel has.
+    None if the displacement does not depend on an angle, or is equal at two angles, as of a wheel.
     """
     if response.measure is not ANGLE:
         return None
@@ -481,7 +482,7 @@ def _tip_of_angle(response: LeverResponse) -> tuple[Function, Function] | None:
 
 
 def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
-    """Add a second scale with the tip's displacement; False where there can be none."""
+    """Add a second scale with the tip's displacement; return False if this is impossible."""
     scale = _tip_of_angle(response)
     if scale is None:
         return False
@@ -496,7 +497,7 @@ def _tip_scale(axes: Axes, response: LeverResponse) -> bool:
 def _strike_by_strike(
     axes: Axes, result: Result, response: LeverResponse, all_strikes: list[Strike]
 ) -> None:
-    """Lay the first strikes over each other, from their first touch on."""
+    """Draw the first strikes in one panel; time counts from the first touch of each."""
     factor, ylabel = _scale(response)
     thin = float(mpl.rcParams["lines.linewidth"])
     count = min(len(all_strikes), STRIKES_SHOWN)
@@ -509,7 +510,7 @@ def _strike_by_strike(
         label = f"strike {i + 1}" + ("" if strike.lap is None else f" (lap {strike.lap})")
         if is_beyond(result, strike.begin):
             label += ",\nbeyond the horizon"
-        # Strikes alike lie on each other: the earlier ones are broader.
+        # Equal strikes hide each other, so earlier ones are broader.
         alpha = 1.0 if i == count - 1 else 0.6
         axes.plot(since, factor * response.at(time).value, color=colour, label=label, alpha=alpha,
                   linewidth=thin * (count - i))  # fmt: skip

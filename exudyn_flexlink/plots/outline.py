@@ -1,8 +1,8 @@
-"""Lines and marks that show a mechanism, and a sketch of it in some poses for figures.
+"""Lines and marks of a mechanism, and a sketch of a mechanism in some poses.
 
-Lines and marks are points in the axes of parts, so they are the same at every instant; figures and
-animations draw nothing else of a mechanism. A `Sketch` draws bodies, the path of S and named
-points into axes.
+Lines and marks are points in the axes of parts, so they are equal at every instant. Figures and
+animations draw a mechanism with these only. A `Sketch` draws bodies, the path of the point S and
+named points into axes.
 """
 
 from __future__ import annotations
@@ -55,20 +55,20 @@ from exudyn_flexlink.scene import (
     split_point,
 )
 
-ROUND = 73  # points of a circle, the last on the first
-COILS = 6  # of a linear spring
+ROUND = 73  # points of a circle; the last equals the first
+COILS = 6  # coils of a linear spring
 _BODY_COLOURS = ("#9A9A9A", BLUE, RED, GREEN, PURPLE, ORANGE)
-RAY = 0.4  # of the reach of the part that turns: length of the ray at its hinge's stop
-MARGIN = 0.05  # of the larger side of the picture
-THINNEST = 0.3  # of its larger side: a mechanism that moves along a line needs some height
+RAY = 0.4  # of the reach of the turning part: length of the ray at a hinge's stop
+MARGIN = 0.05  # of the larger side of the picture: margin
+THINNEST = 0.3  # of its larger side: smallest height, for mechanisms that move along a line
 
 
 @dataclass(frozen=True)
 class Line:
     """A line through points of parts: `parts` (n,), `places` (n, 2) m in their axes.
 
-    `name` is that of the body, curve, joint or contact of the scene that it shows. A spring's line
-    has only its two ends.
+    `name` is the name of its body, curve, joint or contact in the scene. The line of a spring has
+    only the two ends.
     """
 
     name: str
@@ -76,8 +76,8 @@ class Line:
     places: FloatArray
 
     def at(self, poses: FloatArray) -> FloatArray:
-        """Its points (..., n, 2) m, with the parts at `poses` (..., parts, 3)."""
-        # The ground is the part -1: a row behind all others.
+        """Return its points (..., n, 2) m, with the parts at `poses` (..., parts, 3)."""
+        # The ground has the index -1: the row after all parts.
         pose = np.concatenate([poses, np.zeros_like(poses[..., :1, :])], axis=-2)
         posed = pose[..., self.parts, :]
         return np.asarray(posed[..., :2] + turned(self.places, posed[..., 2]))
@@ -85,7 +85,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A line and its look: `Sketch` and the animations have a look for each `kind`."""
+    """A line and its `kind`, which decides its look in a `Sketch` or an animation."""
 
     kind: str
     colour: str
@@ -94,7 +94,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Mark:
-    """A symbol at a point of a part; `kind` says in words what it stands for."""
+    """A symbol at a point of a part; `kind` names what it stands for."""
 
     kind: str
     anchor: Anchor
@@ -102,13 +102,13 @@ class Mark:
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Axes of a view: an origin, and the angle (rad) of the x-axis in the origin's part."""
+    """Axes of a view: an origin, and the angle (rad) of the x-axis to that of the origin's part."""
 
     origin: Anchor
     angle: float = 0.0
 
     def seen(self, points: FloatArray, poses: FloatArray) -> FloatArray:
-        """Points (..., n, 2) m of the ground in its axes, with the parts at `poses`."""
+        """Transform points (..., n, 2) m of the ground into its axes, with the parts at `poses`."""
         away = points - anchor_position(self.origin, poses)[..., None, :]
         angle = self.angle + angle_of(self.origin.part, poses)
         return np.asarray(turned(away, -np.asarray(angle)[..., None]))
@@ -126,7 +126,7 @@ def on_part(name: str, part: int, places: FloatArray) -> Line:
 
 
 def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
-    """Lines of a body: its rods, or rays from its centre to its points."""
+    """Return the lines of a body: its rods, or rays from its centre to its points."""
     spec = scene.bodies[body]
     if isinstance(spec, RigidBody):
         centre = point_anchor(scene, model, f"{body}.centre")
@@ -137,7 +137,7 @@ def body_lines(scene: Scene, model: Mechanism, body: str) -> list[Line]:
 
 
 def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
-    """Everything that is drawn as a line; bodies last, in their order."""
+    """Yield all lines of the mechanism; bodies come last, in their order."""
     on_curves = [
         contact for contact in model.contacts if isinstance(contact, (CurveContact, FlatContact))
     ]
@@ -157,20 +157,20 @@ def drawn_lines(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
         ring = on_part(name, centre.part, [centre.x, centre.y] + radius * around)
         yield Drawn("ring", GREY, ring)
     for name, centre, radius in circles:
-        if centre.part != GROUND:  # a line to the edge shows that a circle turns
+        if centre.part != GROUND:  # a radius shows that a circle turns
             edge = Anchor(centre.part, centre.x + radius, centre.y)
             yield Drawn("spoke", GREY, through(name, centre, edge))
     for gear in model.all_gears:
         yield from (Drawn("ring", GREY, strand) for strand in strands(gear))
     for spring in model.linear_springs:
-        if spring.name in scene.springs:  # not those within rods that stretch
+        if spring.name in scene.springs:  # not springs in rods that stretch
             yield Drawn("spring", GREEN, through(spring.name, spring.first, spring.second))
     for body in scene.bodies:
         yield from _drawn_body(scene, model, body)
 
 
 def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
-    """Faces, stops and ropes."""
+    """Yield the lines of faces, stops and ropes."""
     for contact in model.contacts:
         if isinstance(contact, (FaceContact, FlatContact)):
             kind = "face" if contact.name in scene.contacts else "stop"
@@ -185,7 +185,7 @@ def _drawn_faces(scene: Scene, model: Mechanism) -> Iterator[Drawn]:
 
 
 def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
-    """Lines of a body: its walls, if it is a guide with clearance; any other guide is pale."""
+    """Yield the lines of a body; a guide has its walls if it has clearance, else a pale line."""
     body_parts = model.bodies[body]
     walls = [w for c in walled(model) if c.guide.part in body_parts for w in wall_lines(model, c)]
     if walls:
@@ -199,23 +199,23 @@ def _drawn_body(scene: Scene, model: Mechanism, body: str) -> Iterator[Drawn]:
 
 
 def body_colour(scene: Scene, body: str) -> str:
-    """Colour of a body that is no guide."""
+    """Return the colour of a body that is no guide."""
     return _BODY_COLOURS[list(scene.bodies).index(body) % len(_BODY_COLOURS)]
 
 
 def is_guide(scene: Scene, body: str) -> bool:
-    """Whether a link slides in a body."""
+    """Whether a body is the guide of a link."""
     joints = scene.joints.values()
     return any(isinstance(joint, SleeveJoint) and joint.guide == body for joint in joints)
 
 
 def walled(model: Mechanism) -> list[Channel]:
-    """Guides with clearance: they are drawn as their two walls."""
+    """Return the guides with clearance; figures show their two walls."""
     return [channel for channel in model.channels if channel.clearance > 0]
 
 
 def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
-    """Both walls of a guide, the upper first."""
+    """Return both walls of a guide, the upper wall first."""
     anchor, body = channel.guide, model.parts[channel.guide.part].body
     return [
         through(
@@ -228,7 +228,7 @@ def wall_lines(model: Mechanism, channel: Channel) -> list[Line]:
 
 
 def slot_walls(groove: Groove) -> list[Line]:
-    """Walls of a slot with play, left and right along each of its curves."""
+    """Return the walls of a slot with play, left and right of each of its curves."""
     half, lines = groove.radius + groove.clearance, []
     for curve in groove.curves:
         u, middle = curve.samples
@@ -239,7 +239,7 @@ def slot_walls(groove: Groove) -> list[Line]:
 
 
 def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
-    """Centres and radii (m) of the circles, or the roller, of a contact."""
+    """Return the centres and radii (m) of a contact's circles, or of its roller."""
     if isinstance(contact, CircleContact):
         return [(contact.first, contact.radii[0]), (contact.second, contact.radii[1])]
     if isinstance(contact, CurveContact) and contact.radius > 0:
@@ -248,13 +248,13 @@ def circles_of(contact: Contact) -> list[tuple[Anchor, float]]:
 
 
 def pitch_circles(gear: Gear) -> list[tuple[Anchor, float]]:
-    """Centres and radii (m) of a gear's pitch circles, or of a belt's wheels, if they are known."""
+    """Return centres and radii (m) of a gear's pitch circles, or of a belt's wheels, if known."""
     ties = zip(gear.ties, gear.radii, strict=True)
     return [(tie.far, radius) for tie, radius in ties if radius is not None]
 
 
 def strands(gear: Gear) -> Iterator[Line]:
-    """Both strands of a belt, which touch its wheels from outside; none of gears in mesh."""
+    """Yield both strands of a belt, tangents outside its wheels; nothing for gears in mesh."""
     (first, second), (first_radius, second_radius) = (tie.near for tie in gear.ties), gear.radii
     apart = complex(second.x - first.x, second.y - first.y)
     if (
@@ -275,12 +275,16 @@ def strands(gear: Gear) -> Iterator[Line]:
 
 
 def faces(model: Mechanism) -> list[FaceContact]:
-    """Contacts of a point with a face."""
+    """Return the contacts of a point with a face."""
     return [contact for contact in model.contacts if isinstance(contact, FaceContact)]
 
 
 def stop_ray(model: Mechanism, stop: SumStop) -> tuple[Anchor, Anchor]:
-    """A short ray from a hinge, towards the turning part's centre (or its x-axis) at the stop."""
+    """Return the ends of a short ray at a hinge's stop.
+
+    The ray starts at the hinge. It shows where the centre of the turning part is at the stop, or
+    where its x-axis points.
+    """
     base, moving, angle = stop.ties[0].near, stop.point, stop.bound
     if moving.part == GROUND:
         base, moving, angle = moving, base, -angle
@@ -291,7 +295,7 @@ def stop_ray(model: Mechanism, stop: SumStop) -> tuple[Anchor, Anchor]:
 
 
 def coil(ends: FloatArray) -> FloatArray:
-    """Zigzag (..., points, 2) m of a spring between its ends (..., 2, 2)."""
+    """Return the zigzag (..., points, 2) m of a spring between its ends (..., 2, 2)."""
     along = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, 2 * COILS), [0.85, 1.0]])
     across = np.zeros(len(along))
     across[2:-2] = 0.06 * (-1.0) ** np.arange(2 * COILS)
@@ -300,16 +304,16 @@ def coil(ends: FloatArray) -> FloatArray:
 
 
 def pivots(model: Mechanism) -> list[Anchor]:
-    """Points of the ground that parts turn about."""
+    """Return the points of the ground about which parts turn."""
     ends = [end for pin in model.hinges for end in (pin.first, pin.second)]
     return [end for end in ends if end.part == GROUND]
 
 
 def joint_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
-    """A mark at every joint."""
+    """Yield a mark for every joint."""
     for pin in model.hinges:
         grounded = GROUND in (pin.first.part, pin.second.part)
-        if pin.name in scene.joints:  # not the hinges of a flexible body
+        if pin.name in scene.joints:  # not hinges of a flexible body
             yield Mark(f"revolute{', on the ground' * grounded}", pin.first)
     for weld in model.welds:
         grounded = GROUND in (weld.first.part, weld.second.part)
@@ -322,7 +326,7 @@ def joint_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
 
 
 def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
-    """A mark at every torsional spring, drive and point that may strike."""
+    """Yield a mark for every torsional spring, drive and point that may strike."""
     places = {hinge.name: hinge.first for hinge in model.hinges}
     places |= {slide.name: slide.second for slide in model.slides}
     for spring in scene.springs.values():
@@ -338,9 +342,9 @@ def acting_marks(scene: Scene, model: Mechanism) -> Iterator[Mark]:
 
 
 def lettered(scene: Scene) -> dict[str, str]:
-    """Rods by the paper's letters of their ends: CD, the only guide, and BE, the only lever struck.
+    """Return rods with the paper's letters: CD, the only guide, and BE, the only struck lever.
 
-    None without a guide: other mechanisms have other names.
+    Empty without a guide: then the paper's letters do not suit the mechanism.
     """
     guides = {joint.guide for joint in scene.joints.values() if isinstance(joint, SleeveJoint)}
     lines = [
@@ -356,7 +360,7 @@ def lettered(scene: Scene) -> dict[str, str]:
 
 
 def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
-    """Points that the paper names: S, the watched one, O, P in the only slot, ends of rods."""
+    """Return points with the paper's names: S (watched), O, P in the only slot, ends of rods."""
     anchors = {"S": point_anchor(scene, model, watched_point(scene)), "O": Anchor(GROUND, 0.0, 0.0)}
     if len(model.all_slots) == 1 and model.all_slots[0].anchor != anchors["S"]:
         anchors["P"] = model.all_slots[0].anchor
@@ -367,7 +371,7 @@ def named_points(scene: Scene, model: Mechanism) -> dict[str, Anchor]:
 
 
 def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[str]]:
-    """Names of places (2,) m in groups nearer than `near` (m), by the first name of each group."""
+    """Group the names of places (2,) m nearer than `near` (m), by the first name of each group."""
     names: dict[str, list[str]] = {}
     for name, place in places.items():
         beside = (first for first in names if np.max(np.abs(places[first] - place)) < near)
@@ -378,9 +382,9 @@ def together(places: Mapping[str, FloatArray], near: float) -> dict[str, list[st
 def box_around(
     points: Iterable[FloatArray], below: float = MARGIN
 ) -> tuple[FloatArray, FloatArray]:
-    """Lower left and upper right corner (2,) m of a picture of points (..., 2) m, with a margin.
+    """Return the lower left and upper right corner (2,) m of a box around points (..., 2) m.
 
-    The margin `below` may be larger; it is a part of the picture's size.
+    The box has a margin. The margin `below` may be larger; it is a part of the box's size.
     """
     all_points = np.concatenate([point.reshape(-1, 2) for point in points])
     low, high = all_points.min(axis=0), all_points.max(axis=0)
@@ -389,7 +393,7 @@ def box_around(
     return low - thin - np.array([MARGIN, below]) * size, high + thin + MARGIN * size
 
 
-BODIES = ("wall", "guide", "bar", "link")  # kinds of lines that show bodies
+BODIES = ("wall", "guide", "bar", "link")  # kinds of the lines of bodies
 SHOWN = ("curve", "ring", "rope", "stop", *BODIES)
 LABELLED = {"curve": "", "stop": "stop", "rope": "rope or buffer"}
 _MARKS = {"O": "+", "P": "s", "S": "o"}
@@ -397,9 +401,9 @@ _MARKS = {"O": "+", "P": "s", "S": "o"}
 
 @dataclass(frozen=True)
 class Sketch:
-    """A scene's mechanism in some poses (N, parts, 3): x, y in m and the angle of every part.
+    """A scene's mechanism in poses (N, parts, 3): x, y (m) and angle (rad) of every part.
 
-    With a `result` the sketch also has the path of the watched point S.
+    With a `result` it also has the path of the watched point S.
     """
 
     scene: Scene
@@ -408,7 +412,7 @@ class Sketch:
 
     @cached_property
     def model(self) -> Mechanism:
-        """The mechanism of the scene."""
+        """Mechanism of the scene."""
         return build_mechanism(self.scene)
 
     @cached_property
@@ -419,7 +423,7 @@ class Sketch:
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
-        """Lower left and upper right corner (2,) m of all that is drawn, with a margin."""
+        """Lower left and upper right corner (2,) m of the drawing, with a margin."""
         some = self.poses[:: max(1, len(self.poses) // 200)]
         points = [drawn.line.at(some) for drawn in self.shown]
         points += [np.array([anchor.x, anchor.y]) for anchor in pivots(self.model)]
@@ -427,28 +431,28 @@ class Sketch:
 
     @cached_property
     def shown(self) -> list[Drawn]:
-        """Curves, bodies, circles, ropes and stops, as lines."""
+        """Lines of curves, bodies, circles, ropes and stops."""
         return self.drawn(SHOWN)
 
     def drawn(self, kinds: Collection[str]) -> list[Drawn]:
-        """Lines of some kinds."""
+        """Return the lines of some kinds."""
         return [line for line in drawn_lines(self.scene, self.model) if line.kind in kinds]
 
     @cached_property
     def unit(self) -> tuple[float, str]:
-        """Factor from m, and name, of the unit of lengths."""
+        """Factor from m to the unit of lengths, and the unit's name."""
         low, high = self.box
         return length_unit(high - low)
 
     def window(self, axes: Axes, box: tuple[FloatArray, FloatArray]) -> None:
-        """Let axes show a box, by its corners (2,) m."""
+        """Set the limits of axes to a box, given by its corners (2,) m."""
         low, high = (self.unit[0] * corner for corner in box)
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
         axes.set_aspect("equal")
 
     def lines(self, body: str, index: int) -> list[FloatArray]:
-        """Polylines (points, 2) m of a body at a sample: its rods, or rays to its points."""
+        """Return polylines (points, 2) m of a body at a sample: its rods, or rays to its points."""
         outline = body_lines(self.scene, self.model, body)
         return [line.at(self.poses[index]) for line in outline]
 
@@ -462,7 +466,7 @@ class Sketch:
                       markersize=sized(7), zorder=5)  # fmt: skip
 
     def body_legend(self, letters: Mapping[str, str] | None = None) -> list[Line2D]:
-        """Entries for bodies, guides and curves; `letters` of bodies come after their names."""
+        """Return legend entries of bodies, guides and curves; `letters` follow names of bodies."""
         curve = "track" if self.model.all_slots else "curve"
         bodies, curves = {}, {}
         for path in self.shown:
@@ -476,7 +480,7 @@ class Sketch:
         return [*bodies.values(), *curves.values()]
 
     def draw_path(self, axes: Axes, done: slice) -> None:
-        """Draw the path of S, with the samples `done` in black."""
+        """Draw the path of S; the samples `done` are black."""
         factor, _ = self.unit
         axes.plot(*(factor * self.track).T, color=GREY, linewidth=sized(0.7), zorder=1)
         axes.plot(*(factor * self.track[done]).T, color=BLACK, linewidth=sized(1.0), zorder=2)
@@ -485,20 +489,20 @@ class Sketch:
             axes.plot(*(factor * beyond).T, **BEYOND_LINE, linewidth=sized(BAND))
 
     def letters(self, index: int) -> dict[str, FloatArray]:
-        """Places (2,) m of the points that the paper names, by their letters, at a sample."""
+        """Return the places (2,) m at a sample of points with the paper's names, by name."""
         anchors = named_points(self.scene, self.model)
         return {
             name: anchor_position(anchor, self.poses[index]) for name, anchor in anchors.items()
         }
 
     def mark_points(self, axes: Axes, index: int) -> None:
-        """Mark S, O and P at a sample; S is drawn last."""
+        """Mark S, O and P at a sample; S lies in front."""
         for name, place in self.letters(index).items():
             if name in _MARKS:
                 axes.plot(*self.unit[0] * place, **_mark(name), zorder=7 if name == "S" else 6)
 
     def legend(self) -> list[Line2D]:
-        """Entries for all that is drawn."""
+        """Return legend entries of all that is drawn."""
         scene, model = self.scene, self.model
         handles = self.body_legend({body: pair for pair, body in lettered(scene).items()})
         labels = {"S": f"S: {watched_point(scene)}, path", "P": "P: in the slot", "O": "O: origin"}
@@ -515,13 +519,13 @@ class Sketch:
 
 
 def _mark(name: str) -> dict[str, Any]:
-    """Look of a point's mark; P is open and larger, so that S is seen if both are one point."""
+    """Return the look of a point's mark; P is open and larger, so that it never hides S."""
     open_or_full = {"mfc": "white", "markersize": sized(7)} if name == "P" else {}
     return {"marker": _MARKS[name], "color": BLACK, "markersize": sized(4), **open_or_full}
 
 
 def _look(scene: Scene, line: Drawn) -> dict[str, Any]:
-    """Look of a line; points of rigid bodies and hinges are dots."""
+    """Return the look of a line; points of rigid bodies and hinges are dots."""
     looks: dict[str, dict[str, Any]] = {
         "curve": {"linewidth": 1.0, "zorder": 1},
         "wall": {"linewidth": 2.0, "zorder": 2},
@@ -535,6 +539,6 @@ def _look(scene: Scene, line: Drawn) -> dict[str, Any]:
     if line.kind == "bar" and isinstance(body := scene.bodies[line.line.name], RigidBody):
         looks["bar"] |= {"marker": "o", "markersize": sized(4)}
         if len(body.points) <= 1 and not np.ptp(line.line.places, axis=0).any():
-            # A body without any extent is seen behind the marks of its point.
+            # The mark of a body without extent is larger than the mark of its point.
             looks["bar"] |= {"marker": "s", "markersize": sized(9)}
     return {"color": line.colour, **looks[line.kind]}

@@ -1,6 +1,6 @@
-"""What panels share: letters, legends, units, digits, the axis along a run, its horizon.
+"""Parts that panels share: letters, legends, units, digits, the axis along a run, its horizon.
 
-For axes that users give: how many a figure needs, and labels of two runs in the same axes.
+Further functions check axes of the user, and label two runs in one panel.
 """
 
 from __future__ import annotations
@@ -36,45 +36,45 @@ from exudyn_flexlink.plots.frame import (
 from exudyn_flexlink.result import Result
 
 BEYOND: dict[str, Any] = {"color": "#C9B8D8", "alpha": 0.45, "linewidth": 0}
-"""Look of the shading beyond the horizon, in every figure,"""
+"""Look of the shading beyond the horizon in every figure."""
 BEYOND_LINE: dict[str, Any] = {
     "color": BEYOND["color"],
     "alpha": BEYOND["alpha"],
     "solid_capstyle": "butt",
     "zorder": 1,
 }
-"""and along a line,"""
-BAND = 9.0  # points: width of the shading there
+"""Look of this shading along a line."""
+BAND = 9.0  # points: width of this shading
 
-# Look of the mark at the instant from which on positions may be off by more than asked:
+# Look of the line at the instant from which the error of positions may exceed the tolerance:
 DOUBT_LINE: dict[str, Any] = {"color": "#8A63B0", "linewidth": 0.8, "zorder": 1}
 
-# and at the instant at which a stage of the run begins:
+# Look of the line at the instant at which a stage of the run begins:
 STAGE_LINE: dict[str, Any] = {"color": "#555555", "linewidth": 0.8, "linestyle": ":", "zorder": 1}
 
 COINCIDE = 0.01  # of the range of all lines: lines nearer than this hide each other
-OFTEN = 0.3  # of the samples: a line hidden in more of them could be missed
-BROADER = 2.2  # points: added to a line's width for each later line that lies on it
-DEEPEST = 1e-6  # of the largest value on a logarithmic axis
+OFTEN = 0.3  # of the samples: a line hidden at more of them may be missed
+BROADER = 2.2  # points: a line is broader by this for each later line that lies on it
+DEEPEST = 1e-6  # of the largest value: lower end of a logarithmic axis
 BACK = 1e-6  # rad: a crank that goes back by less between samples still goes forward
-MOST = 4  # significant digits: nobody reads more off a figure
-FINEST = 1e-4  # s, or a part of a run shorter than 1 s: finest digit of an instant in a figure
-UNTOLD = 3  # significant digits if the error is not known
+MOST = 4  # most significant digits: readers need no more from a figure
+FINEST = 1e-4  # s, times the run if that is shorter than 1 s: finest digit of an instant
+UNTOLD = 3  # significant digits if the error is unknown
 
 
 def engine_colour(result: Result) -> str:
-    """Colour of the result's engine; black for one without a colour of its own."""
+    """Return the colour of the result's engine; black for an engine without a colour."""
     return ENGINE_COLOURS.get(result.engine, BLACK)
 
 
 def colours_of_both(first: Result, second: Result) -> tuple[str, str]:
-    """Colours of two runs over each other: of their engines, or of one engine two others."""
+    """Return the colours of two runs: those of their engines, or two others for one engine."""
     first_colour, second_colour = engine_colour(first), engine_colour(second)
     return (first_colour, second_colour) if first_colour != second_colour else (GREEN, BLACK)
 
 
 def title_at(result: Result, index: int, digits: int = 0) -> str:
-    """Return the instant of a sample, and the crank's angle then, for a title."""
+    """Return the instant of a sample and the crank's angle at that instant, for a title."""
     words = f"t = {time_text(result, float(result.time[index]))} s"
     if turns(result):
         words += f", crank {np.degrees(crank_angle(result)[index]):.{digits}f}°"
@@ -82,7 +82,7 @@ def title_at(result: Result, index: int, digits: int = 0) -> str:
 
 
 def letter(panels: Iterable[Axes]) -> None:
-    """Put (a), (b), .. before the titles of panels, if there are several."""
+    """Write (a), (b), .. before the titles of panels, if there are several panels."""
     panels = [axes for axes in panels if not is_given(axes)]
     for i, axes in enumerate(panels if len(panels) > 1 else ()):
         name = chr(ord("a") + i) if i < 26 else str(i + 1)
@@ -90,10 +90,10 @@ def letter(panels: Iterable[Axes]) -> None:
 
 
 def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **more: Any) -> None:
-    """Put the legend, if it has entries, beside the axes; in a user's axes, inside.
+    """Put the legend, if it has entries, outside the axes; in axes of a user, inside.
 
-    It is right of the axes, from `left` axes widths; in a narrow figure it is above them, or
-    `below` the figure. `more` goes to ``Axes.legend``, such as other `handles`.
+    It is at the right, at `left` times the width of the axes. In a narrow figure it is above the
+    axes, or `below` the figure. `more` goes to ``Axes.legend``, for instance `handles`.
     """
     handles = more.setdefault("handles", axes.get_legend_handles_labels()[0])
     labels = [str(handle.get_label()) for handle in handles]
@@ -119,7 +119,7 @@ def legend_outside(axes: Axes, left: float = 1.01, *, below: bool = False, **mor
 
 
 def columns_of(labels: Sequence[str], figure: Any, part: float = 0.85) -> int:
-    """Number of columns of a legend that is no wider than a `part` of the figure."""
+    """Return the number of columns of a legend that fits into a `part` of the figure's width."""
     rc, font = mpl.rcParams, FontProperties(size=mpl.rcParams["legend.fontsize"])
     beside = rc["legend.handlelength"] + rc["legend.handletextpad"] + rc["legend.columnspacing"]
     sample = beside * font.get_size_in_points()
@@ -132,7 +132,7 @@ def columns_of(labels: Sequence[str], figure: Any, part: float = 0.85) -> int:
 
 
 def sized(points: float) -> float:
-    """Size of a mark, or width of a line, that is `points` on a screen, in the present style."""
+    """Return a size or line width in the present style; `points` is its value on a screen."""
     return points * float(mpl.rcParams["lines.linewidth"]) / SCREEN.line
 
 
@@ -145,9 +145,9 @@ def forward(result: Result) -> bool:
 
 
 def along(result: Result) -> tuple[FloatArray, str]:
-    """Return the axis (N,) of a whole run and its label: turns of the crank, else time.
+    """Return the axis (N,) of a whole run and its label: turns of the crank, or time.
 
-    It is time also if the crank goes back: parts of a line would lie on each other.
+    It is time if the crank goes back: over turns, a line would cover itself.
     """
     if forward(result):
         angle = crank_angle(result)
@@ -156,15 +156,15 @@ def along(result: Result) -> tuple[FloatArray, str]:
 
 
 def limits(axes: Axes, x: FloatArray) -> None:
-    """Let the x-axis show a whole run, from left to right, also if `x` falls."""
+    """Set the x-axis to a whole run, from left to right even if `x` falls."""
     if np.ptp(x) > 0:
         axes.set_xlim(float(np.min(x)), float(np.max(x)))
     if x[-1] < x[0]:
-        axes.invert_xaxis()  # a crank that turns clockwise
+        axes.invert_xaxis()  # the crank turns clockwise
 
 
 def horizon(result: Result) -> tuple[float, str] | None:
-    """Instant (s) from which on positions at an instant are not known, and why.
+    """Return the instant (s) from which positions are unknown, and the reason.
 
     None if they are known to the end, or if no error was measured.
     """
@@ -185,16 +185,16 @@ def is_beyond(result: Result, time: float) -> bool:
 def mark_doubt(
     axes: Axes, result: Result, time: FloatArray, x: FloatArray, *, named: bool = True
 ) -> None:
-    """Draw a line from where on positions are doubtful; `x` (N,) are the places of `time` (N,)."""
+    """Draw a line where positions become doubtful; `x` (N,) are the abscissas of `time` (N,)."""
     begin, label = result.error.exceeds_from, "may be off by\nmore than asked" if named else None
     if begin is not None:
         axes.axvline(float(np.interp(begin, time, x)), label=label, **DOUBT_LINE)
 
 
 def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = True) -> None:
-    """Shade what lies beyond the horizon, and mark where doubts, and stages, begin.
+    """Shade the time beyond the horizon; mark where doubts and stages begin.
 
-    `x` (N,) are the places of the samples.
+    `x` (N,) are the abscissas of the samples.
     """
     mark_doubt(axes, result, result.time, x, named=named)
     for time, name in result.stages:
@@ -208,7 +208,7 @@ def shade_beyond(axes: Axes, result: Result, x: FloatArray, *, named: bool = Tru
 
 
 def over_run(panels: Sequence[Axes], result: Result, x: FloatArray, label: str) -> None:
-    """Finish panels, one below the other, over a whole run, whose samples are at `x` (N,)."""
+    """Finish panels, one below the other, over a whole run with samples at `x` (N,)."""
     for axes in panels:
         shade_beyond(axes, result, x, named=axes is panels[0])
         legend_outside(axes)
@@ -218,9 +218,9 @@ def over_run(panels: Sequence[Axes], result: Result, x: FloatArray, label: str) 
 
 
 def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
-    """Widths (points) of lines drawn in order: a line on which later ones lie is broader.
+    """Return the widths (points) of lines, in order: a line under later lines is broader.
 
-    The `series` (N,) have one unit; `thin` is the width of a line that no other lies on.
+    The `series` (N,) have one unit; `thin` is the width of a line under no other line.
     """
     room = max(float(np.ptp(values)) for values in series) or 1.0
     step = BROADER * sized(1.0)
@@ -231,7 +231,7 @@ def line_widths(series: Sequence[FloatArray], thin: float) -> list[float]:
 
 
 def _coincide(values: FloatArray, later: FloatArray, room: float) -> bool:
-    """Whether two lines lie on each other for long; samples where both are zero don't count."""
+    """Whether two lines coincide at many samples; samples where both are zero do not count."""
     near = COINCIDE * room
     away = (np.abs(values) > near) | (np.abs(later) > near)
     same = np.abs(values - later) < near
@@ -241,10 +241,10 @@ def _coincide(values: FloatArray, later: FloatArray, room: float) -> bool:
 def logarithmic(
     axes: Axes, x: FloatArray, series: Mapping[str, FloatArray], colours: Sequence[str], none: str
 ) -> None:
-    """Draw the sizes of values (N,), by their names in a legend, on a logarithmic axis.
+    """Draw absolute values (N,), by name for the legend, on a logarithmic axis.
 
-    The axis ends at `DEEPEST` of the largest: zero crossings would stretch it without end. `none`
-    is the text there if all are 0.
+    The axis ends at `DEEPEST` of the largest value; otherwise zero crossings would extend it
+    without limit. If all values are 0, the text `none` stands there.
     """
     axes.set_yscale("log")
     largest = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in series.values())
@@ -258,21 +258,21 @@ def logarithmic(
 
 
 def length_unit(lengths: ArrayLike) -> tuple[float, str]:
-    """Factor from m to the unit that suits lengths (m), and the unit's name."""
+    """Return the factor from m to the unit that suits lengths (m), and the unit's name."""
     return (1e3, "mm") if np.max(np.abs(lengths)) < 1 else (1.0, "m")
 
 
 def shown_in(unit: str, values: ArrayLike) -> tuple[float, str]:
-    """Factor from an SI unit to the one in which figures show values, and its name."""
+    """Return the factor from an SI unit to the unit of figures, and the unit's name."""
     return length_unit(values) if unit == "m" else (1.0, unit)
 
 
 def number_text(
     value: float, error: float | None, *, signed: bool = False, most: int = MOST
 ) -> str:
-    """Return a number whose last digit is no smaller than `error`, in the same unit.
+    """Return a number whose last digit is not smaller than `error`, in the same unit.
 
-    At most `most` significant digits; three if the error is not known (None).
+    It has at most `most` significant digits; three if the error is unknown (None).
     """
     if value == 0:
         return "0"
@@ -289,9 +289,9 @@ def number_text(
 
 
 def position_error(result: Result, time: float) -> float | None:
-    """Error of positions at an instant, m; None if it is not known.
+    """Return the error of positions at an instant, m; None if unknown.
 
-    It is the largest that a second run showed up to then; without such a run, the tolerance.
+    It is the largest error up to that instant by a second run; without that run, the tolerance.
     """
     error = result.error
     if error.missing:
@@ -302,9 +302,10 @@ def position_error(result: Result, time: float) -> float | None:
 
 
 def time_text(result: Result, time: float) -> str:
-    """Return an instant (s) as text, to the error of positions over the largest speed.
+    """Return an instant (s) as text; its last digit is about the error of an instant.
 
-    That is the error of an event near it. The finest digit is a tenth of a millisecond.
+    That error is the error of positions over the largest speed. The finest digit is 0.1 ms, or
+    finer in a run shorter than 1 s.
     """
     error = position_error(result, time)
     velocity = path(result, watched_point(result.scene)).velocity
@@ -317,7 +318,7 @@ def time_text(result: Result, time: float) -> str:
 
 
 Given = Axes | Sequence[Axes] | NDArray[np.object_] | None
-"""Axes that a figure is drawn into, of its first panel or of all; None: it makes its own."""
+"""Axes for a figure: those of its first panel, or of all panels; None: the figure makes them."""
 DASHES: tuple[Literal["-", "--", "-.", ":"], ...] = ("-", "--", "-.", ":")
 
 
@@ -325,7 +326,7 @@ def listed(ax: Given) -> list[Axes]:
     """Return given axes as a list.
 
     Raises:
-        TypeError: something is no axes of matplotlib.
+        TypeError: an item is not an axes of matplotlib.
 
     """
     many = isinstance(ax, Sequence | np.ndarray)
@@ -339,10 +340,10 @@ def listed(ax: Given) -> list[Axes]:
 
 
 def required(ax: Given, panels: Sequence[str]) -> list[Axes]:
-    """Return the user's axes for the named panels: for the first of them, or for all.
+    """Return the user's axes for the named panels: for the first panel, or for all panels.
 
     Raises:
-        ValueError: it is another number of axes.
+        ValueError: the number of axes suits neither.
 
     """
     all_axes = listed(ax)
@@ -362,7 +363,7 @@ def placed(
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and the axes of the named panels: the user's, or new ones, row by row.
 
-    The last row of a new figure may have more axes than there are panels.
+    The last row of a new figure may have more axes than panels.
     """
     if ax is not None:
         all_axes = required(ax, panels)
@@ -379,15 +380,15 @@ def is_given(axes: Axes) -> bool:
 
 @contextmanager
 def labelled_run(result: Result, all_axes: Sequence[Axes], label: str | None) -> Iterator[None]:
-    """Label the lines that are drawn inside; dash them if the axes have a run already.
+    """Label the lines that are drawn inside the context; dash them if the axes have a run already.
 
-    Then the axes show both runs whole. A text says if this run stopped or is doubtful.
+    In that case the axes show both runs whole. A text says if this run stopped or is doubtful.
     """
     before = [(len(axes.lines), axes.get_xlim(), axes.get_ylim()) for axes in all_axes]
     yield
     for axes, (count, x, y) in zip(all_axes, before, strict=True):
         new = axes.lines[count:]
-        # Lines of two points are marks and zeros, which belong to no run.
+        # Lines of at most two points are marks and zero lines, which belong to no run.
         curves = [line for line in new if len(np.ravel(line.get_xdata())) > 2]
         if count:
             used = {line.get_linestyle() for line in axes.lines[:count]}
@@ -410,7 +411,7 @@ def labelled_run(result: Result, all_axes: Sequence[Axes], label: str | None) ->
 
 
 def _name(new: Sequence[Line2D], curves: Sequence[Line2D], label: str) -> None:
-    """Name new lines of a run in the legend by its label, at least the first of its curves."""
+    """Give the new lines of a run its label in the legend, at least the first of its curves."""
     named = [line for line in new if not str(line.get_label()).startswith("_")]
     for line in named:
         line.set_label(f"{label}: {line.get_label()}")

@@ -1,7 +1,7 @@
 """Figures of studies: accuracy over cost, benchmarks, stability, series, sweeps, comparisons.
 
-A run is drawn over a measured series, or over another run of its scene, with the differences below.
-Observables of a sweep are lines, maps or dots over the values that varied.
+A run is drawn over a measured series, or over another run of its scene; a panel below shows the
+differences. Observables of a sweep are lines, maps or dots over the values that varied.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ from exudyn_flexlink.verification import VerifiedRun
 
 @styled
 def against(beside: Against, *, style: Style = SCREEN) -> Figure:
-    """Each quantity of a series and of its run, and the difference, run less series."""
+    """Draw each quantity of a series and of its run, and the difference: run minus series."""
     what = f"{beside.result.engine} and {beside.series.source}"
     shift = f", shifted by {beside.shift:.4g} s" if beside.shift else ""
     return _drawn(beside, f"{what}{shift}, and their difference", "difference", style)
@@ -81,7 +81,7 @@ def against(beside: Against, *, style: Style = SCREEN) -> Figure:
 
 @styled
 def fit(fitted: Fit, *, style: Style = SCREEN) -> Figure:
-    """Each fitted quantity with the measured values, and the residuals."""
+    """Draw each fitted quantity with the measured values, and the residuals."""
     names = (
         " and ".join(fitted.values) if len(fitted.values) < 3 else f"{len(fitted.values)} values"
     )
@@ -90,7 +90,7 @@ def fit(fitted: Fit, *, style: Style = SCREEN) -> Figure:
 
 
 def _drawn(beside: Against, subject: str, difference: str, style: Style) -> Figure:
-    """Two panels for each quantity: run and series; run less series, labelled `difference`."""
+    """Draw two panels for each quantity: run and series; the difference, labelled `difference`."""
     result = beside.result
     figure = new_figure(result, subject, 0.4 + 2.9 * len(beside.measured), style)
     ratios = (1.7, 1) * len(beside.measured)
@@ -122,21 +122,21 @@ def _drawn(beside: Against, subject: str, difference: str, style: Style) -> Figu
 
 LOOKS = {"minimal": ("o", "-"), "redundant": ("s", "--"), "beam": ("D", ":"),
          "fixed step": ("^", "-."), "": ("o", "-")}  # fmt: skip
-"""Markers and lines of formulations; an engine without formulations has those of ''."""
+"""Markers and lines by formulation; an engine without formulations has the key ''."""
 _OF_SOURCES = {"rods": (GREEN, "error of the rods"), "contact": (PURPLE, "contact compliance")}
-LOWEST = 1e-16  # m: nothing is drawn below it,
-DEEPEST = 1e-3  # nor below this part of the floor
-FEW_DECADES = 2.0  # an axis of time with fewer has labels between powers of ten, too
-LEAST_SHOWN = 1e-12  # of what is allowed: smaller differences are drawn here
-FAINTEST = 1e-8  # of a spectrum's peak: nothing is drawn below
+LOWEST = 1e-16  # m: smallest error in the figure
+DEEPEST = 1e-3  # of the floor: smallest error in the figure
+FEW_DECADES = 2.0  # decades: a shorter axis of time also has labels between powers of ten
+LEAST_SHOWN = 1e-12  # of the allowed difference: smaller differences are drawn at this value
+FAINTEST = 1e-8  # of a spectrum's peak: smallest value in the figure
 
 
 @styled
 def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
-    """Largest error of the points that are judged over processor time, log-log.
+    """Draw the largest error of the judged points over processor time, log-log.
 
-    Points below the floor are hollow: the two references agree to the floor only, so that nothing
-    independent confirms them. Lines across mark the target and the errors that no setting removes.
+    Points below the floor are hollow: the two references differ by the floor, so no independent run
+    confirms smaller errors. Horizontal lines mark the target and errors that no setting removes.
     """
     subject = f"What accuracy costs: error over processor time, to t = {study.until:.4g} s"
     height = 4.0 + LEGEND * style.narrow
@@ -157,12 +157,12 @@ def work_precision(study: Study, *, style: Style = SCREEN) -> Figure:
 
 
 def _drawn_height(errors: Errors, floor: float = 0.0) -> float:
-    """Height (m) at which an error is drawn, not far below the floor."""
+    """Return the height (m) at which an error is drawn, not far below the floor."""
     return max(errors.largest, DEEPEST * floor, LOWEST)
 
 
 def _caption_of(study: Study) -> list[tuple[str, str]]:
-    """Lines of the caption with their colours: which runs give the errors and their floor."""
+    """Return the caption with its colours: the runs that give the errors and their floor."""
     texts = [(f"errors against {study.reference.label}", GREY)]
     if study.check is not None:
         texts.append((f"floor: its distance from {study.check.label}", GREY))
@@ -171,7 +171,7 @@ def _caption_of(study: Study) -> list[tuple[str, str]]:
 
 
 def _draw(axes: Axes, study: Study) -> None:
-    """Draw a curve for each method, and lines across for errors that no setting removes."""
+    """Draw a curve for each method, and horizontal lines for errors that no setting removes."""
     for method in dict.fromkeys(point.method for point in study.points):
         points = [point for point in study.points if point.method == method]
         _curve(axes, method, sorted(points, key=lambda p: -p.value), study.floor)
@@ -195,7 +195,7 @@ def _draw(axes: Axes, study: Study) -> None:
 
 
 def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) -> None:
-    """Draw the points of a method, hollow where their error lies below the floor (m)."""
+    """Draw the points of a method; they are hollow if their error is below the floor (m)."""
     kind = "fixed step" if method.knob == "step" else str(method.settings.get("formulation", ""))
     marker, line = LOOKS.get(kind, LOOKS[""])
     style: dict[str, Any] = {"linestyle": line, "marker": marker, "markersize": sized(5)}
@@ -209,7 +209,7 @@ def _curve(axes: Axes, method: Method, points: Sequence[Point], floor: float) ->
 
 @styled
 def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure:
-    """One row for every number of some runs: its difference over the allowed one."""
+    """Draw a row for every number of some runs: its difference over the allowed difference."""
     numbers = [(run, number) for run in runs for number in run.numbers]
     title = "Benchmarks against published numbers"
     subject = "Difference of each number, over what is allowed"
@@ -238,7 +238,7 @@ def differences(runs: Sequence[VerifiedRun], *, style: Style = SCREEN) -> Figure
 
 @styled
 def stability(study: Stability, *, style: Style = SCREEN) -> Figure:
-    """Four panels: growth of neighbours, laps against earlier ones, section, spectrum."""
+    """Draw four panels: growth of neighbours, laps against earlier laps, section, spectrum."""
     title = f"How stable the motion of {study.point} is: {study.behaviour}"
     columns, height = (1, 13.0) if style.narrow else (2, 6.6)
     figure = new_figure(study.run, title, height, style)
@@ -250,13 +250,13 @@ def stability(study: Stability, *, style: Style = SCREEN) -> Figure:
 
 
 def _growth(axes: Axes, study: Stability) -> None:
-    """Growth in each lap, its mean up to each lap, and the uncertainty of the last mean."""
+    """Draw the growth in each lap, its mean up to each lap, and the last mean's uncertainty."""
     rate = study.exponent
     laps = rate.times / study.rhythm.lap
     axes.stairs(*growth_of_laps(laps, rate.rates), color=SKY, linewidth=sized(0.8),
                 label="each lap")  # fmt: skip
     counted = laps[rate.settled + 1 :]
-    whole = counted > laps[rate.settled] + 1  # before, a mean depends on the part of the lap
+    whole = counted > laps[rate.settled] + 1  # an earlier mean depends on the phase within the lap
     axes.plot(counted[whole], rate.running[whole], color=BLUE, label="mean")
     low, high = rate.value - rate.uncertainty, rate.value + rate.uncertainty
     axes.axhspan(low, high, color=BLUE, alpha=0.2, linewidth=0, label="95 %")
@@ -267,9 +267,9 @@ def _growth(axes: Axes, study: Stability) -> None:
 
 
 def growth_of_laps(laps: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean growth (L,) 1/s in each lap, and the begins and ends of laps (L + 1,).
+    """Return the mean growth (L,) 1/s in each lap, and the limits of the laps (L + 1,).
 
-    `rates` (K,) 1/s are those of the many short stretches between `laps` (K + 1,).
+    `rates` (K,) 1/s belong to the many short stretches between `laps` (K + 1,).
     """
     bounds = laps[0] + np.arange(max(1, round(laps[-1] - laps[0])) + 1)
     grown = np.concatenate([[0.0], np.cumsum(rates * np.diff(laps))])
@@ -277,7 +277,7 @@ def growth_of_laps(laps: FloatArray, rates: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _laps(axes: Axes, study: Stability) -> None:
-    """Largest distance of the point from its places one to eight laps before."""
+    """Draw the largest distance of the point from its places one to eight laps before."""
     laps = study.laps
     number = laps.end / study.rhythm.lap
     for colour, before, row in zip(SERIES, laps.before.tolist(), laps.largest, strict=False):
@@ -294,7 +294,7 @@ def _laps(axes: Axes, study: Stability) -> None:
 
 
 def _section(axes: Axes, study: Stability) -> None:
-    """Place of the point once a lap; later ones are darker."""
+    """Draw the place of the point once a lap; later places are darker."""
     section = study.section
     order = np.arange(len(section.time))
     x, y = 1e3 * section.position.T
@@ -308,10 +308,11 @@ def _section(axes: Axes, study: Stability) -> None:
 
 
 def _spectrum(axes: Axes, study: Stability) -> None:
-    """Power spectrum of the point's distance from its ideal place; x is broad and pale, below y.
+    """Draw the power spectrum of the point's deviation; x is broad and pale, below y.
 
-    What repeats itself has lines at multiples of one frequency, so dense that they would be a
-    block: of what is nearest to each multiple, the largest is drawn.
+    The deviation is the distance from the ideal place. A periodic motion has lines at multiples of
+    one frequency, so dense that they would fill the panel. So only the largest value near each
+    multiple is drawn.
     """
     vibration = study.vibration
     top = 0.0
@@ -336,7 +337,7 @@ def _spectrum(axes: Axes, study: Stability) -> None:
 
 @styled
 def bifurcation(branches: Branches, *, axis: str = "y", style: Style = SCREEN) -> Figure:
-    """Place of a point once a lap, over the value that is varied; `axis` is x or y."""
+    """Draw the place of a point once a lap over the varied value; `axis` is x or y."""
     values, places = branches.points
     point = branches.sections[0].point if branches.sections else ""
     reasons = (("failed", branches.failed), ("doubtful", branches.doubtful))
@@ -351,16 +352,16 @@ def bifurcation(branches: Branches, *, axis: str = "y", style: Style = SCREEN) -
 
 
 MOST_PANELS = 6
-SMALL = 1e-7  # of the largest number in the same unit: a column without any larger is rounding
-NOTICEABLE = 1e-4  # of a number: with smaller differences the summary prints the same digits
-ALL_BUT_ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller differences are rounding
-FEW = 8  # so many values, or fewer, all have a tick
-LINES, MAP = 1.5, 2.6  # inches on a screen: height of a panel
+SMALL = 1e-7  # of the largest number in the same unit: columns of smaller numbers are rounding
+NOTICEABLE = 1e-4  # of a number: smaller differences change no digit of the summary
+ALL_BUT_ROUNDING, LEAST_CHANGE = 1e-9, 1e-12  # of a number; SI: smaller changes are rounding
+FEW = 8  # an axis has a tick for each value if it has at most so many values
+LINES, MAP = 1.5, 2.6  # inches on a screen: height of a panel with lines; with a map
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Places (N,) of the rows along an axis, its label, and the words at whole places, if any."""
+    """Places (N,) of the rows along an axis, its label, and texts at integer places, if any."""
 
     places: FloatArray
     label: str
@@ -369,16 +370,16 @@ class Scale:
 
 @styled
 def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN) -> Figure | None:
-    """Draw observables by their columns' `names`, or the first that differ from row to row.
+    """Draw observables: the columns `names`, or the first ones that differ from row to row.
 
-    If one value varied they are lines, if two maps, if more dots over each. Rows that failed or are
-    doubtful are marked; None if no row has numbers.
+    One varied value gives lines, two give maps, more give dots over each value. Rows of failed or
+    doubtful runs are marked. None if no row has numbers.
 
     Raises:
         ValueError: there is no such column.
 
     """
-    # Those that differ visibly, if there are any.
+    # Columns with visible differences come first, if there are any.
     chosen = list(names) or _differing(table, NOTICEABLE) or _differing(table, ALL_BUT_ROUNDING)
     unknown = [name for name in chosen if name not in table.observables]
     if unknown:
@@ -394,7 +395,7 @@ def sweep(table: SweepTable, names: Sequence[str] = (), *, style: Style = SCREEN
 
 
 def _differing(table: SweepTable, part: float) -> list[str]:
-    """Observables that are numbers and differ from row to row by more than a `part` of them.
+    """Return numeric observables that differ from row to row by more than a `part` of their size.
 
     Differences below `LEAST_CHANGE` do not count, nor columns that are rounding beside others.
     """
@@ -419,7 +420,7 @@ def _differing(table: SweepTable, part: float) -> list[str]:
 
 
 def _along(table: SweepTable, i: int) -> Scale:
-    """Values that varied, in the unit in which the user gave them."""
+    """Return the scale of a varied value, in the unit that the user gave."""
     varied = table.varied[i]
     values = [row[i] for row in table.values]
     factor = in_si(f"1 {varied.given}", varied.unit) if varied.given else 1.0
@@ -429,7 +430,7 @@ def _along(table: SweepTable, i: int) -> Scale:
 
 
 def _scale(values: Sequence[Scalar], name: str, unit: str) -> Scale:
-    """Values with their label; nan where there is none that can be drawn."""
+    """Return values with their label; a value that can't be drawn is nan."""
     label = f"{name} ({unit})" if unit else name
     if any(isinstance(value, str) for value in values):
         words = tuple(dict.fromkeys(str(value) for value in values))
@@ -445,7 +446,7 @@ def _of(table: SweepTable, status: str) -> BoolArray:
 def _frame(
     table: SweepTable, subject: str, height: float, style: Style, marks: tuple[str, str] = ("", "")
 ) -> Figure:
-    """Empty figure with a title, and the numbers and marks of failed and of doubtful runs."""
+    """Return an empty figure: title, numbers of failed, missing and doubtful runs, their marks."""
     crossed, ringed = marks
     failed, missing = table.count(FAILED), table.points - len(table.rows)
     notes = [f"{failed} of {len(table.rows)} runs failed{crossed}: see 'reason' in the table"]
@@ -458,7 +459,7 @@ def _frame(
 
 
 def _ticked(axes: Axes, scale: Scale, which: str) -> None:
-    """Label an axis, and its places, if they are words or few."""
+    """Label an axis, and its places if they are texts or few."""
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_label_text(scale.label, parse_math=False)
     given = np.unique(scale.places)
@@ -469,9 +470,9 @@ def _ticked(axes: Axes, scale: Scale, which: str) -> None:
 
 
 def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
-    """A row of panels for each observable, a column for each value that varied.
+    """Draw a row of panels for each observable, with a column for each varied value.
 
-    If only one value varied, lines join the rows.
+    If only one value varied, lines join the rows of the table.
     """
     alone = len(along) == 1
     subject = f"over {along[0].label}" if alone else f"over each of {len(along)} values"
@@ -485,11 +486,11 @@ def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Styl
                 axes.plot(x.places[order], scale.places[order], color=BLUE, alpha=0.6)
             _dots(axes, table, x, scale)
         row[0].set_title(scale.label, parse_math=False)
-        if not scale.words:  # without an offset, which readers had to add to each number
+        if not scale.words:  # no offset on the axis: readers would have to add it to each number
             row[0].yaxis.get_major_formatter().set_useOffset(False)
     for axes, x in zip(panels[-1], along, strict=True):
         _ticked(axes, x, "x")
-        if not alone:  # no room for long names, in print not even for short ones
+        if not alone:  # no room for long names; in print, not even for short ones
             name = x.label.replace(".", ".\n").replace(" (", "\n(")
             axes.set_xlabel(name, rotation=90 * style.narrow, parse_math=False)
             axes.tick_params("x", rotation=90 * style.narrow)
@@ -501,7 +502,7 @@ def _lines(table: SweepTable, along: list[Scale], seen: list[Scale], style: Styl
 
 
 def _dots(axes: Axes, table: SweepTable, x: Scale, scale: Scale) -> None:
-    """A dot for each row, hollow if it is doubtful; a line across for one that failed."""
+    """Draw a dot for each row, hollow if it is doubtful; a vertical line for a failed row."""
     failed, doubtful = _of(table, FAILED), _of(table, DOUBTFUL)
     for chosen, filled, label in ((~failed & ~doubtful, BLUE, "done"),
                                   (doubtful, "white", "doubtful")):  # fmt: skip
@@ -513,7 +514,7 @@ def _dots(axes: Axes, table: SweepTable, x: Scale, scale: Scale) -> None:
 
 
 def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style) -> Figure:
-    """One map for each observable over both values: cells of a grid, or else dots."""
+    """Draw one map for each observable over both values: cells of a grid, or dots."""
     x, y = along
     columns = 1 if style.narrow or len(seen) == 1 else 2
     rows = ceil(len(seen) / columns)
@@ -521,7 +522,7 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
     figure = _frame(table, f"over {x.label} and {y.label}", size, style, words)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     cells = len(np.unique(x.places)) * len(np.unique(y.places))
-    grid = len(x.places) > 1 and cells <= 2 * len(x.places)  # interrupted, it has holes
+    grid = len(x.places) > 1 and cells <= 2 * len(x.places)  # interrupted sweeps leave holes
     marks = ((_of(table, FAILED), "x", OF_FAILED), (_of(table, DOUBTFUL), "o", BLACK))
     for axes, scale in zip(panels.flat, seen, strict=False):
         if grid:
@@ -547,7 +548,7 @@ def _maps(table: SweepTable, along: list[Scale], seen: list[Scale], style: Style
 def _cells(
     x: FloatArray, y: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Columns, rows and a matrix of values, nan for missing ones."""
+    """Return columns, rows and a matrix of values; missing values are nan."""
     columns, i = np.unique(x, return_inverse=True)
     rows, k = np.unique(y, return_inverse=True)
     cells = np.full((len(rows), len(columns)), nan)
@@ -557,10 +558,10 @@ def _cells(
 
 @styled
 def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
-    """Watched point and struck bodies of both runs; below, their differences on log axes.
+    """Draw watched point and struck bodies of both runs, and below their differences on log axes.
 
-    Strikes are marked, and the horizon, beyond which single instants can't be compared. None if
-    the runs share only one instant.
+    Strikes and the horizon are marked; beyond the horizon no single instant can be compared. None
+    if the runs share only one instant.
     """
     if len(compared.time) < 2:
         return None
@@ -587,7 +588,7 @@ def comparison(compared: Comparison, *, style: Style = SCREEN) -> Figure | None:
 
 
 def _caption(compared: Comparison) -> list[tuple[str, str]]:
-    """Lines with their colours: the links, then the settings of both runs."""
+    """Return lines of text with their colours: the links, then the settings of both runs."""
     runs = compared.both
     links = ["; ".join(links_of(seen.result.scene)) for seen in runs]
     alike = links[0] == links[1]
@@ -601,7 +602,7 @@ def _caption(compared: Comparison) -> list[tuple[str, str]]:
 
 
 def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The first run is a broad pale band, on which the second is a thin line."""
+    """Return the looks: the first run is a broad pale band, the second a thin line on it."""
     first_colour, second_colour = colours_of_both(compared.first.result, compared.second.result)
     line = float(mpl.rcParams["lines.linewidth"])
     return (
@@ -611,7 +612,7 @@ def _styles(compared: Comparison) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
-    """Draw both coordinates and the motions of struck bodies, of both runs."""
+    """Draw both coordinates of the point and the motions of struck bodies, of both runs."""
     factor, unit = length_unit(compared.first.position)
     answers = compared.first.answers
     scales = {body: shown_in(compared.measures[body].unit, answers[body]) for body in answers}
@@ -627,7 +628,7 @@ def _motions(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
 
 
 def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> None:
-    """Draw the distance of the points and, below, how far answers of struck bodies are apart."""
+    """Draw the distance between the points and, below, the differences of struck bodies."""
     factor, unit = length_unit(compared.first.position)
     away = {"": factor * compared.deviation.distance}
     logarithmic(rows[0], x, away, OTHERS[::-1], "no difference")
@@ -645,12 +646,12 @@ def _differences(rows: NDArray[Any], compared: Comparison, x: FloatArray) -> Non
 
 
 def _kinds(compared: Comparison) -> list[Measure]:
-    """Quantities by which motions of struck bodies are told, each once."""
+    """Return the measures of the motions of struck bodies, each once."""
     return list(dict.fromkeys(compared.measures.values()))
 
 
 def _marks(axes: Axes, compared: Comparison, x: FloatArray, *, named: bool) -> None:
-    """Mark the first touch of every strike, and the horizon; `named` once, for the legend."""
+    """Mark the first touch of every strike, and the horizon; `named` adds a legend entry once."""
     begins = [
         strike.begin
         for seen in compared.both

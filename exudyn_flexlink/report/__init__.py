@@ -1,4 +1,4 @@
-"""What the program says of a model, of a run and of studies: as texts, tables and documents."""
+"""Reports on a model, a run and studies: texts, tables and documents."""
 
 from exudyn_flexlink.report.check import check_text, run_duration
 from exudyn_flexlink.report.comparing import (

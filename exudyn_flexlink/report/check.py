@@ -1,4 +1,4 @@
-"""What `check` says of a model: its parts, what is simulated, frequencies, steps, formulation."""
+"""The report of `check` on a model: parts, effects, frequencies, steps, formulation."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ from exudyn_flexlink.scene import (
 )
 
 IDLE = "; its law is idle at clearance 0"
-WIDEST = 40  # letters of an expression that are shown
+WIDEST = 40  # longest expression in the report, in letters
 
 
 def check_text(scene: Scene, assembly: Assembly) -> str:
@@ -89,7 +89,7 @@ def check_text(scene: Scene, assembly: Assembly) -> str:
 
 
 def run_duration(scene: Scene, assembly: Assembly) -> float | None:
-    """Return the simulated time in s, or None where the motion decides it (turns of a torque)."""
+    """Return the simulated time in s; None if the motion decides it (turns under a torque)."""
     if turn_goal(scene, assembly) is not None:
         return None
     return end_of_run(scene, assembly.mechanism)
@@ -119,9 +119,9 @@ def _joints(scene: Scene, mechanism: Mechanism) -> list[str]:
 
 
 def _geared(scene: Scene, gear: Gear) -> str:
-    """What a gear ties, and its pitch circles as far as they are known."""
+    """Return what a gear couples, and its pitch circles as far as they are known."""
     spec = scene.joints[gear.name]
-    assert isinstance(spec, GearJoint | BeltJoint)  # only these make gears
+    assert isinstance(spec, GearJoint | BeltJoint)  # no other joint makes a gear
     arm, meshes = meshes_of(scene.joints, spec)
     bodies = [mesh.body for mesh in meshes]
     known = [f"{number(radius)} m" for radius in gear.radii if radius is not None]
@@ -143,7 +143,7 @@ def _joined(joint: Joint) -> str:
         return f"{joint.point} on {joint.curve}{play}{pin}{idle}"
     if isinstance(joint, SleeveJoint):
         return f"{joint.link} in {joint.guide}, {_fit(joint)}"
-    assert isinstance(joint, PointsJoint)  # gears have texts of their own: see `_geared`
+    assert isinstance(joint, PointsJoint)  # gears have their own texts: see `_geared`
     along = ""
     if isinstance(joint, PrismaticJoint):
         x, y = joint.axis
@@ -156,7 +156,7 @@ def _joined(joint: Joint) -> str:
 
 
 def _freewheel_and_friction(joint: Joint) -> str:
-    """The direction in which a freewheel lets a joint turn, and its dry friction."""
+    """Return the direction in which a freewheel lets a joint turn, and the joint's dry friction."""
     friction = joint.friction if isinstance(joint, (RevoluteJoint, PrismaticJoint)) else None
     one_way = joint.freewheel if isinstance(joint, RevoluteJoint) else None
     free = f", freewheel {one_way}" if one_way else ""
@@ -201,14 +201,14 @@ def _springs(scene: Scene, mechanism: Mechanism) -> list[str]:
     for name in scene.bodies:
         for kind, what in (("stretch", "rods stretch"), ("hinge", "hinges")):
             springs = [s for s in mechanism.all_springs if s.name.startswith(f"{name} {kind} ")]
-            if springs:  # at the ends half rods may be stiffer
+            if springs:  # half rods at the ends may be stiffer
                 inner = _spring_numbers(springs[len(springs) // 2])
                 rows.append([f"{name}, {len(springs)} {what}", "each", *inner])
     return section("Springs", rows)
 
 
 def _rests(scene: Scene, mechanism: Mechanism) -> list[str]:
-    """Where springs of one stiffness have no force."""
+    """Return the rows of springs of constant stiffness, with the place of zero force."""
     rows = []
     for spring in mechanism.all_springs:
         spec = scene.springs.get(spring.name)
@@ -248,7 +248,7 @@ def _spring_numbers(
     force, change = ("N m", "rad") if isinstance(spring, RotarySpring) else ("N", "m")
     rest = "no spring"
     if isinstance(spring, specs.LinearSpring | specs.RopeSpring):
-        rest = "a table"  # a spring of one side without stiffness has a table
+        rest = "a table"  # a one-sided spring without stiffness has a table
     elif spring.law is not None:
         law = spring.law.applied
         rest = str(law.expression) if isinstance(law, Formula) else "a table"
@@ -259,7 +259,7 @@ def _spring_numbers(
 
 
 def _drive(scene: Scene, drive: Drive) -> tuple[str, str]:
-    """Where a drive acts, and what it does."""
+    """Return where a drive acts, and how."""
     if isinstance(drive, ForceDrive):
         axes = f" in the axes of {drive.axes}" if drive.axes in scene.bodies else ""
         x, y = (_value(value, "N") for value in drive.value)
@@ -295,13 +295,13 @@ def _contacts(scene: Scene, mechanism: Mechanism) -> list[str]:
             rows.append([name, what, *law_cells(joint.acting, forces[name])])
     for groove in mechanism.grooves:
         slot = scene.joints[groove.name]
-        assert isinstance(slot, SlotJoint)  # only these make grooves
+        assert isinstance(slot, SlotJoint)  # no other joint makes a groove
         assert slot.acting is not None
         what = f"pin at {slot.point} between the walls along {slot.curve}"
         rows.append([groove.name, what, *law_cells(slot.acting, groove.law)])
     for channel in mechanism.channels:
         sleeve = scene.joints[channel.name]
-        assert isinstance(sleeve, SleeveJoint)  # only these make channels
+        assert isinstance(sleeve, SleeveJoint)  # no other joint makes a channel
         assert sleeve.acting is not None
         count = len(channel.contacts)
         if sleeve.supported:
@@ -352,13 +352,13 @@ _FORMULATIONS = {
 
 
 def _time(scene: Scene, duration: float | None) -> str:
-    """How long the run is, and what may end it before."""
+    """Return the length of the run, and what may end it earlier."""
     until = scene.run.until
     return _at_most(scene, duration) + (f", or until {until} rises through 0" if until else "")
 
 
 def _stage(stage: Stage) -> str:
-    """When a stage begins, and what it changes."""
+    """Return when a stage begins, and what it changes."""
     added = [f"{key}.{name}" for key, parts in stage.add for name in parts]
     changes = [
         *(f"without {name}" for name in stage.remove),

@@ -1,7 +1,7 @@
-"""What the program says of two runs of one scene, of a run beside a measured series, and of a fit.
+"""Reports on two runs of one scene, on a run beside a measured series, and on a fit.
 
-Each as a text, and as a document with tables beside it: SI numbers, units in the names. Of a
-comparison these hold what two runs tell: what each tells by itself is in the summary of that run.
+Each is a text, and a document with tables: SI numbers, with units in the names. The report of a
+comparison has only what two runs tell together; the summary of each run has the rest.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from exudyn_flexlink.source import listed
 from exudyn_flexlink.sweeps import column_of
 
 STATISTICS = ("mean", "rms", "least", "greatest")
-"""What is told of a stretch of time, of each coordinate of the watched point."""
+"""Statistics over a stretch of time, of each coordinate of the watched point."""
 
 
 def comparison_text(comparison: Comparison) -> str:
@@ -54,7 +54,7 @@ def comparison_text(comparison: Comparison) -> str:
 
 
 def horizon_text(comparison: Comparison) -> str:
-    """Say up to when the runs can be compared instant by instant."""
+    """Say up to which instant the runs can be compared instant by instant."""
     end, parted = comparison.time[-1], comparison.horizon
     measured = [seen for seen in comparison.both if not seen.result.error.missing]
     if parted is None:
@@ -82,7 +82,7 @@ def excess_text(comparison: Comparison, tolerance: float) -> str:
 
 
 def _of(seen: Seen) -> str:
-    """Return 'of exudyn' for an engine; 'with clearance', the name of a scene, as it stands."""
+    """Return 'of exudyn' for an engine; a scene's name, such as 'with clearance', is unchanged."""
     return seen.name if seen.name.startswith("with") else f"of {seen.name}"
 
 
@@ -160,7 +160,10 @@ def _strikes(comparison: Comparison, contact: str) -> list[str]:
 
 
 def _clearances(comparison: Comparison) -> list[str]:
-    """How links stood in guides and journals in bearings, up to the end of the shorter run."""
+    """Return the states of links in guides and of journals in bearings, in both runs.
+
+    They count up to the end of the shorter run.
+    """
     first, second = comparison.both
     rows = [
         row
@@ -210,10 +213,10 @@ def _runs(comparison: Comparison) -> list[str]:
 def comparison_document(
     comparison: Comparison, tolerance: float | None = None, *, whole: bool = True
 ) -> Document:
-    """Return what files tell of two runs.
+    """Return the document of a comparison of two runs.
 
-    `tolerance` (m) is what the deviation up to the horizon was held against, if anything; `whole`
-    tells whether all runs were made, also those that tell the errors.
+    `tolerance` (m) is the limit of the deviation up to the horizon, if the user gave one. `whole`
+    tells whether all runs were made, including those that give the errors.
     """
     columns = {"t_s": comparison.time, "deviation_m": comparison.deviation.distance}
     for seen in comparison.both:
@@ -270,7 +273,7 @@ def _deviation(part: Deviation | None) -> dict[str, float] | None:
 
 
 def _spread(part: ForceSpread | None) -> dict[str, float] | None:
-    """How far a force is apart, in its unit; None where the runs have no such instant."""
+    """Return the differences of a force, in its unit; None if the runs share no such instant."""
     return None if part is None else {**vars(part), "relative": part.relative}
 
 
@@ -279,7 +282,7 @@ def _statistics(part: Statistics, measures: Mapping[str, Measure]) -> dict[str, 
     return {f"{name}_m": getattr(part, name).tolist() for name in STATISTICS} | levers
 
 
-DIGITS = 10  # of a fitted value
+DIGITS = 10  # significant digits of a fitted value
 
 
 def against_text(beside: Against) -> str:
@@ -344,7 +347,7 @@ def _distances(beside: Against, caption: str = "Distances, run less series") -> 
 
 
 def _how(beside: Against) -> list[str]:
-    """Tell instants, the shift, what was left out, and how far the run itself is off."""
+    """Return instants, time shift, omitted samples, and the error of the run itself."""
     begin, end = beside.time[[0, -1]]
     rows = [["instants", f"{len(beside.time)}, from {begin:.5g} to {end:.5g} s of the run"]]
     if beside.shift:
@@ -362,13 +365,13 @@ def _how(beside: Against) -> list[str]:
 
 
 def against_document(beside: Against) -> Document:
-    """Return what files tell of a run beside a series."""
+    """Return the document of a run beside a series."""
     data = _held(beside) | {"completed": beside.result.outcome.completed}
     return Document(data, {"comparison.csv": _beside(beside)})
 
 
 def fit_document(fitted: Fit) -> Document:
-    """Return what files tell of a fit."""
+    """Return the document of a fit."""
     accuracy = fitted.against.result.scene.accuracy
     data = _held(fitted.against) | {
         "completed": True,
@@ -387,7 +390,7 @@ def fit_document(fitted: Fit) -> Document:
 
 
 def _beside(beside: Against) -> dict[str, FloatArray]:
-    """Instants of the run, and of each quantity what was measured, computed, and the difference."""
+    """Return the run's instants, and measured value, computed value and difference by quantity."""
     columns = {"t_s": beside.time}
     for name, apart in beside.differences.items():
         column = column_of(name, beside.series.signals[name].unit)

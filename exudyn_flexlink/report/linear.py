@@ -1,4 +1,4 @@
-"""What the program says of linear equations about a state, and of sensitivities of runs."""
+"""Reports on linear equations about a state, and on sensitivities of runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from exudyn_flexlink.source import MOST_LISTED, listed
 
 
 def linear_text(model: LinearModel) -> str:
-    """Return a text of linear equations: modes, coordinates, contacts, errors."""
+    """Return the text of linear equations: modes, coordinates, contacts, errors."""
     about = "its rest" if model.time is None else f"t = {model.time:.6g} s"
     shown = list(enumerate(model.modes[:MOST_LISTED], start=1))
     modes = [[str(k), motion_text(mode.eigenvalue), _most_moved(mode)] for k, mode in shown]
@@ -48,7 +48,7 @@ def linear_text(model: LinearModel) -> str:
 
 
 def _most_moved(mode: Mode) -> str:
-    """Name the point that moves farthest, and say how."""
+    """Name the point with the largest motion, and its motion."""
     if not mode.points:
         return ""
     name, moved = max(mode.points.items(), key=lambda point: float(np.linalg.norm(point[1])))
@@ -56,11 +56,11 @@ def _most_moved(mode: Mode) -> str:
 
 
 def sensitivity_text(rows: Sequence[Sensitivity]) -> str:
-    """Return a table for each quantity, by how it changes for 1 % of each parameter."""
+    """Return a table for each quantity: its changes for 1 % of each parameter."""
     tables = []
     for quantity in dict.fromkeys(row.quantity for row in rows):
         changes = [row for row in rows if row.quantity == quantity]
-        changes.sort(key=lambda row: -float(f"{abs(row.relative):.3g}"))  # equal ones stay in order
+        changes.sort(key=lambda row: -float(f"{abs(row.relative):.3g}"))  # equal ones keep order
         cells = [
             [
                 row.parameter,

@@ -1,6 +1,6 @@
-"""What the program says of parts: effects, curves, frequencies, freedoms, where they start.
+"""Reports on parts: effects, curves, frequencies, degrees of freedom, the state at time 0.
 
-What is told of a mechanism at rest: where it stands, what holds it, small motions about it.
+A further report is on a mechanism at rest: its pose, the forces that hold it, small motions.
 """
 
 from __future__ import annotations
@@ -61,11 +61,11 @@ from exudyn_flexlink.scene import (
 )
 from exudyn_flexlink.source import MOST_LISTED, listed
 
-DECIMALS = 9  # of degrees, metres and newtons: what is smaller is rounding
+DECIMALS = 9  # of degrees, metres and newtons: smaller values are rounding
 
 
 def equilibrium_text(scene: Scene, rest: Rest) -> str:
-    """Return all of it, for people."""
+    """Return the whole report of a mechanism at rest, as text."""
     places = [
         [
             name,
@@ -103,7 +103,7 @@ def equilibrium_text(scene: Scene, rest: Rest) -> str:
 
 
 def rest_text(rest: Rest) -> str:
-    """Whether a rest is stable, in a few words."""
+    """Say whether a rest is stable, in a few words."""
     if not rest.stable:
         return f"unstable, small motions grow by exp({rest.growth:.4g} t/s)"
     free = int((rest.frequencies == 0).sum())
@@ -115,12 +115,12 @@ def rest_text(rest: Rest) -> str:
 
 
 def _held(numbers: Mapping[str, float], forces: Collection[str]) -> list[list[str]]:
-    """Rows of what holds: `forces` are in N, the others in N m."""
+    """Return rows of the loads that hold the rest: `forces` are in N, all others in N m."""
     return [[name, f"{x:.5g} {'N' if name in forces else 'N m'}"] for name, x in numbers.items()]
 
 
 def _small_motions(rest: Rest) -> list[str]:
-    """Frequencies of small motions, also damped ones if anything damps."""
+    """Return the frequencies of small motions; with a damper, also the damped ones."""
     exponents = rest.damped
     if not len(exponents):
         return section("Small motions about it, undamped", [["", _modes(rest)]])
@@ -134,14 +134,14 @@ def _modes(rest: Rest) -> str:
 
 
 def _balance_text(value: float) -> str:
-    return f"{round(value, DECIMALS) + 0.0:.6g}"  # no -0
+    return f"{round(value, DECIMALS) + 0.0:.6g}"  # adding 0 avoids -0
 
 
 MODES = 4
 
 
 def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:
-    """Natural frequencies of a flexible body with its first rod clamped, against a beam's."""
+    """Return natural frequencies of a flexible body, clamped at its first rod, and of a beam."""
     chain = chain_of(scene, body)
     count = min(MODES, len(chain.hinges))
     if count == 0:
@@ -173,9 +173,9 @@ def _rule(name: str, body: FlexibleBody) -> list[str]:
 
 
 def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
-    """Undamped frequencies of bodies, with what is welded to them, that only a sprung joint holds.
+    """Return the undamped frequencies of bodies that only one joint with a spring holds.
 
-    It holds them on the ground.
+    A body includes all that is welded to it. The joint holds it on the ground.
     """
     rows = []
     for joint, springs in _springs_of_joints(scene, mechanism).items():
@@ -199,7 +199,7 @@ def sprung_frequencies(scene: Scene, mechanism: Mechanism) -> list[str]:
 def _springs_of_joints(
     scene: Scene, mechanism: Mechanism
 ) -> dict[str, list[RotarySpring | LinearSpring]]:
-    """Springs of the scene that act at a revolute joint, or along a prismatic one, by joint."""
+    """Return the scene's springs at a revolute joint or along a prismatic one, by joint."""
     springs_by: dict[str, list[RotarySpring | LinearSpring]] = {}
     for spring in mechanism.all_springs:
         spec = scene.springs.get(spring.name)  # hinges of flexible bodies have springs, too
@@ -209,7 +209,7 @@ def _springs_of_joints(
 
 
 def _held_by(joint: str, mechanism: Mechanism) -> Anchor | None:
-    """Point of a part that this joint alone holds, and on the ground, if there is one."""
+    """Return the point at which this joint alone holds a part on the ground, or None."""
     ends = [anchor for name, anchor in _anchors(mechanism) if name == joint]
     held = [anchor for anchor in ends if anchor.part != GROUND]
     if len(ends) != 2 or len(held) != 1:
@@ -220,7 +220,7 @@ def _held_by(joint: str, mechanism: Mechanism) -> Anchor | None:
 
 
 def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
-    """Both anchors of every joint, with its name; of a slot that on the part."""
+    """Return both anchors of every joint, with its name; of a slot, the anchor on the part."""
     joints = (*mechanism.hinges, *mechanism.welds, *mechanism.slides)
     return [
         *((joint.name, anchor) for joint in joints for anchor in (joint.first, joint.second)),
@@ -230,7 +230,7 @@ def _anchors(mechanism: Mechanism) -> list[tuple[str, Anchor]]:
 
 
 def curve_lines(scene: Scene) -> list[str]:
-    """Return the section of curves: length, extent, ends, smallest radius; of splines chords."""
+    """Return the section of curves: length, extent, ends, smallest radius; for splines, chords."""
     rows = []
     for name, curve in build_curves(scene.curves)[0].items():
         spec = scene.curves[name]
@@ -256,7 +256,7 @@ def curve_lines(scene: Scene) -> list[str]:
 
 
 def _looked_at(curve: Curve) -> tuple[FloatArray, float]:
-    """Points (n, 2) in m, close to each other, and the largest curvature there, 1/m."""
+    """Return closely spaced points (n, 2) m of a curve, and the largest curvature there, 1/m."""
     points, bends = [], [0.0]
     for piece in curve.pieces:
         u = finer(piece.grid())
@@ -266,13 +266,13 @@ def _looked_at(curve: Curve) -> tuple[FloatArray, float]:
 
 
 def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
-    """Return a row for each effect: whether it is simulated, and by which parts of the scene.
+    """Return a row for each effect: whether it is simulated, and which parts of the scene cause it.
 
-    Losses of impacts are told apart from damping, the viscous one of hinges and springs.
+    Losses in impacts have their own row, apart from viscous damping of hinges and springs.
     """
     flexible = [n for n, b in scene.bodies.items() if isinstance(b, FlexibleBody) and b.rods > 1]
     laws = scene.laws
-    # Joints that may have a clearance.
+    # Joints that can have clearance.
     kinds = (SleeveJoint, RevoluteJoint, SlotJoint)
     walled = {n: j for n, j in scene.joints.items() if isinstance(j, kinds)}
     loose = dict.fromkeys(s.joint for s in scene.stops.values() if isinstance(s, Flank))
@@ -281,7 +281,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
     lossy = [n for n, law in laws.items() if law.restitution is not None and law.restitution < 1]
     rough = [n for n, law in laws.items() if getattr(law, "friction", 0.0) > 0]
     rough += [friction.name for friction in mechanism.frictions]
-    # The hinges of a link count as one, under the link's name.
+    # All hinges of a link count as one entry, with the name of the link.
     damped = [
         s.name.split(" hinge ")[0]
         for s in mechanism.all_springs
@@ -304,7 +304,7 @@ def effects_table(scene: Scene, mechanism: Mechanism) -> Table:
 
 
 def law_cells(law: Law | StopLaw, force: PressingLaw) -> list[str]:
-    """Return what a law is, its restitution and its friction."""
+    """Return the name of a law, its restitution and its friction."""
     if isinstance(law, SlidePenalty | TurnPenalty):
         unit = ("N/m", "N s/m") if isinstance(law, SlidePenalty) else ("N m/rad", "N m s/rad")
         damped = f"c {number(law.damping or 0.0)} {unit[1]}"
@@ -326,14 +326,14 @@ def law_cells(law: Law | StopLaw, force: PressingLaw) -> list[str]:
 
 
 def restitution_text(law: Law | ImpulseLaw) -> str:
-    """Return the restitution of a law, and which one it really gives if that is another."""
+    """Return the restitution of a law, and its real restitution if that differs."""
     asked = number(law.restitution)
     given = asked if not isinstance(law, DampedLaw) else number(law.returned)
     return asked if given == asked else f"{asked} asked, gives {given}"
 
 
 def restitution_table(scene: Scene) -> Table:
-    """Return which restitution laws really give that do not promise what they are asked for."""
+    """Return the real restitution of laws that only approximate the requested one."""
     rows = [
         [name, law.type, restitution_text(law)]
         for name, law in scene.laws.items()
@@ -347,7 +347,7 @@ def _effect(name: str, causes: Sequence[str]) -> list[str]:
 
 
 def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
-    """Return the degrees of freedom, what decides each, and joints that hold twice."""
+    """Return the degrees of freedom, what determines each, and redundant joints."""
     drives = [motor.name for motor in assembly.mechanism.speed_motors]
     left = assembly.degrees_of_freedom
     rows = []
@@ -355,7 +355,7 @@ def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
         rows.append(["prescribed", f"{len(drives)}, by {listed(drives)}"])
     if left:
         rows.append(["left to forces", f"{left}: {_moved(scene, assembly)}"])
-    if assembly.surplus:  # which minimal coordinates leave out
+    if assembly.surplus:  # minimal coordinates omit these
         names = listed(list(assembly.surplus))
         about = f"{names}: other joints hold the same already, in every position"
         rows.append(["held twice", about])
@@ -370,7 +370,7 @@ def freedom_lines(scene: Scene, assembly: Assembly) -> list[str]:
 
 
 def _moved(scene: Scene, assembly: Assembly) -> str:
-    """What forces move, and what they bend."""
+    """Return which parts forces move, and which they bend."""
     moved = moved_by_forces(assembly)
     bodies = scene.bodies.items()
     bent = [name for name, body in bodies if isinstance(body, FlexibleBody) and body.rods > 1]
@@ -382,8 +382,8 @@ def _moved(scene: Scene, assembly: Assembly) -> str:
 def start_lines(scene: Scene, assembly: Assembly) -> list[str]:
     """Return angles of bodies and places along slides at time 0, with their speeds.
 
-    A flexible body has those of its first rod. Other ways to close the joints, and contacts that
-    do not act at first, are told, too.
+    A flexible body has the angle and speed of its first rod. The lines also list other ways to
+    close the joints, and contacts that do not act at first.
     """
     state, bodies = assembly.state, assembly.mechanism.bodies.items()
     here = {body: float(state.q[parts[0], 2]) for body, parts in bodies}
@@ -412,7 +412,7 @@ def _angles(angles: dict[str, float], speeds: Mapping[str, float]) -> str:
 
 
 def _places(assembly: Assembly) -> str:
-    """How far along each line is what slides on it, as `initial: along` gives it."""
+    """Return the place of each sliding part along its line, as `initial: along` gives it."""
     slides, q, v = assembly.mechanism.slides, assembly.state.q, assembly.state.v
     texts = [f"along {s.name} {_rounded(float(length_along(s, q)))} m" for s in slides]
     speeds = [float(speed_along(s, q, v)) for s in slides]
@@ -420,14 +420,14 @@ def _places(assembly: Assembly) -> str:
 
 
 def _moving(speed: float, unit: str) -> str:
-    """What is said of a speed after the place; nothing where there is none."""
+    """Return the text of a speed after the place; empty without motion."""
     return f" at {_rounded(speed)} {unit}" if abs(speed) > SAME_WAY else ""
 
 
 def _rounded(value: float) -> str:
-    return number(round(value, DECIMALS) + 0.0)  # no -0
+    return number(round(value, DECIMALS) + 0.0)  # adding 0 avoids -0
 
 
 def _wrapped(angle: float) -> float:
-    """Angle between -pi and pi."""
+    """Return the angle between -pi and pi."""
     return float(np.angle(np.exp(1j * angle)))

@@ -1,6 +1,6 @@
-"""What the program says after a run: how it ended, strikes, energy, how far to trust it.
+"""The report on a run: its end, strikes, touches in joints with clearance, forces.
 
-What the program says of strikes, of touches in joints with clearance, and of forces.
+It also has energies and errors, so that users can judge how far to trust the run.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ from exudyn_flexlink.shipped import ENGINES, LAGRANGIAN
 MOST_PAIRS = 3
 NO_PLAY = "no clearance"
 BESIDES = ("lasts", "touches", "impulse", "energy lost", "peak force")
-"""Columns that have no room in a terminal."""
+"""Columns that a terminal has no room for."""
 
 
 def _part_of_time(state: State) -> Column[ContactTotals]:
@@ -87,17 +87,17 @@ TOTALS: Sequence[Column[ContactTotals]] = (
     Column("energy lost", "energy_lost", "{:.2g}".format, "J", "energy_lost_J"),
     Column(None, "longest", key="longest_touch_s"),
 )
-"""All that is told of the contacts of a joint in a stretch of time."""
+"""Columns on the contacts of a joint in a stretch of time."""
 
 
 def guide_lines(result: Result, joint: str) -> list[str]:
-    """How the link stood in its guide, lap by lap and in all, and where it touched longest."""
+    """Return the states of a link in its guide, by lap and in all, and its longest touches."""
     whole = lines_of(guide_table(result, joint), units_above=True)
     return [*whole, *table([*guide_facts(result, joint).rows, *_longest_pairs(result, joint)])]
 
 
 def guide_table(result: Result, joint: str) -> Table:
-    """Return how a link stood in its guide, a journal or a pin in its play: by lap, and in all."""
+    """Return times free and in contact, of a link, a journal or a pin: by lap and in all."""
     whole = contact_totals(result, joint)
     laps = lap_contacts(result, joint) if crank_joint(result.scene) is not None else []
     totals = {str(i): lap for i, lap in enumerate(laps[:MOST_ROWS], start=1)}
@@ -116,10 +116,10 @@ def guide_table(result: Result, joint: str) -> Table:
 
 
 def guide_facts(result: Result, joint: str) -> Table:
-    """Return how deep the link was in the walls of its guide, and its longest touch, if any."""
+    """Return the deepest penetration of a guide's walls, and the longest touch, if there is one."""
     sleeve, depth = result.scene.joints[joint], deepest(result, joint)
     assert isinstance(sleeve, (SleeveJoint, RevoluteJoint, SlotJoint))
-    # Where it is no small part of the clearance, the walls are too soft.
+    # The walls are too soft if this is a large part of the clearance.
     part = f"{100 * depth / sleeve.clearance:.3g} % of the clearance"
     rows = [["deepest in a wall", f"{depth:.2g} m, {part}"]]
     if len(result.intervals[joint]):
@@ -128,7 +128,7 @@ def guide_facts(result: Result, joint: str) -> Table:
 
 
 def pair_table(result: Result, joint: str, most: int) -> Table:
-    """Return what can touch in a joint and did, those that touched longest in all first."""
+    """Return the pairs of a joint that touched; the longest total time comes first."""
     totals = pair_totals(result, joint)
     columns: Sequence[Column[PairTotals]] = (
         Column("", "pair", lambda name: name.removeprefix(f"{joint}: ")),
@@ -143,7 +143,7 @@ def pair_table(result: Result, joint: str, most: int) -> Table:
 
 
 def touch_table(result: Result, joint: str, most: int) -> Table:
-    """Return the first touches of a joint with clearance, one by one."""
+    """Return the first touches of a joint with clearance, each in a row."""
     last = float(result.time[-1])
     pairs = result.sleeves[joint].pairs if joint in result.sleeves else ("journal",)
     columns: Sequence[Column[Interval]] = (
@@ -163,7 +163,7 @@ def touch_table(result: Result, joint: str, most: int) -> Table:
 def contact_rows(
     joint: str, first: ContactTotals | None, second: ContactTotals | None
 ) -> list[list[str]]:
-    """Rows of a table: contacts of a link with its guide in two runs; one may have no clearance."""
+    """Return rows on a link in its guide in two runs; one run may have no clearance."""
     return [
         [
             f"{joint}: {column.head}",
@@ -178,7 +178,7 @@ def contact_rows(
 
 
 def _longest_pairs(result: Result, joint: str) -> list[list[str]]:
-    """The pairs that touch longest in all, if any does."""
+    """Return the pairs with the longest total time of touch, if any pair touches."""
     rows = []
     for i, pair in enumerate(pair_totals(result, joint)[:MOST_PAIRS]):
         name = pair.pair.removeprefix(f"{joint}: ")
@@ -188,9 +188,9 @@ def _longest_pairs(result: Result, joint: str) -> list[list[str]]:
 
 
 def strike_table(result: Result, contact: str, most: int) -> Table:
-    """Return the first `most` strikes of a contact, and how far what is struck goes after each.
+    """Return the first `most` strikes of a contact, and the response of the struck body to each.
 
-    Empty cells: what a strike that still lasts passes on in all, and the force of an impulse.
+    Empty cells: the total impulse of a strike that has not ended, and the force of an impulse.
     """
     every_strike, last = strikes(result, contact), float(result.time[-1])
     struck = result.scene.all_contacts[contact].struck
@@ -213,7 +213,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
     if struck is not None:
         response = lever_response(result, contact)
         begins = [*(strike.begin for strike in every_strike), inf]
-        until = dict(pairwise(begins))  # the next strike
+        until = dict(pairwise(begins))  # the begin of the next strike
         measure = response.measure
         columns.append(
             Column(
@@ -238,7 +238,7 @@ def strike_table(result: Result, contact: str, most: int) -> Table:
 
 
 def response_table(result: Result) -> Table:
-    """Return how far every struck body goes at least and at most, from where it is at time 0."""
+    """Return the least and greatest displacement of every struck body, from its place at time 0."""
     rows = []
     for body, contact in struck_bodies(result.scene).items():
         response = lever_response(result, contact)
@@ -254,9 +254,9 @@ def _known(value: float) -> str:
 
 
 def peak_table(result: Result) -> Table:
-    """Return the largest of every force and torque, when it is reached, and how far it may be off.
+    """Return the largest value of every force and torque, its instant, and its error.
 
-    That is left out where no second run tells it.
+    The error is omitted if no second run measured it.
     """
     known = result.error.forces
     rows = [
@@ -274,7 +274,7 @@ def peak_table(result: Result) -> Table:
 
 
 def bending_peak_columns(last: float) -> Sequence[Column[BendingPeak]]:
-    """What is told of the largest bending of a link, in a run up to an instant `last` (s)."""
+    """Return columns on the largest bending of a link, in a run up to the instant `last` (s)."""
     return (
         Column("moment", "moment", "{:.4g} N m".format, "", "moment_N_m"),
         Column("at place", "place", lambda place: f"{1e3 * place:.4g} mm", "", "place_m"),
@@ -285,7 +285,7 @@ def bending_peak_columns(last: float) -> Sequence[Column[BendingPeak]]:
 
 
 def bending_table(result: Result) -> Table:
-    """Return the largest bending of flexible links: moment, where and when, stress and strain."""
+    """Return the largest bending of flexible links: moment, place, instant, stress and strain."""
     links = bent_links(result.scene)
     columns = bending_peak_columns(float(result.time[-1]))
     peaks = [bending(result, link).largest for link in links]
@@ -293,7 +293,7 @@ def bending_table(result: Result) -> Table:
 
 
 def force_error_table(deviations: Mapping[str, ForceDeviation], caption: str = "") -> Table:
-    """Return how far forces are off: the first of many."""
+    """Return the errors of forces, of the first forces if there are many."""
     rows = [row for name, deviation in deviations.items() for row in _rows(name, deviation)]
     head = ["", "largest", "of peak", "at", "rms"]
     return Table(caption, rows[:MOST_ROWS], head, [""] * 5, left_out(len(rows), MOST_ROWS))
@@ -307,7 +307,7 @@ def _off_by(deviation: ForceDeviation | None) -> str:
 
 
 def _rows(name: str, deviation: ForceDeviation) -> list[list[str]]:
-    """Return a row of a force, and one of it in contact; none where it is rounding."""
+    """Return a row for a force, and a row for it in contact; none if its error is rounding."""
     parts = [
         (when, part)
         for when, part in (("", deviation.free), ("in contact", deviation.touching))
@@ -327,7 +327,7 @@ def _rows(name: str, deviation: ForceDeviation) -> list[list[str]]:
     return rows
 
 
-MOST_STRIKES = 20  # more than that scroll the rest of the summary away
+MOST_STRIKES = 20  # most rows: more scroll the rest of the summary away
 _ENERGIES = {
     "kinetic": "kinetic",
     "stored": "stored in springs, weight and contacts",
@@ -340,7 +340,7 @@ _USED_BY = {
     "spectral_radius": _REDUNDANT,
     "integrator": (LAGRANGIAN,),
 }
-"""Which formulations, or engine, use a setting of the solver that others do not."""
+"""Formulations, or the engine, that use a setting of the solver which others ignore."""
 
 
 def run_text(result: Result) -> str:
@@ -368,10 +368,10 @@ def failure_text(result: Result) -> str:
 
 
 def idle_settings(result: Result) -> list[str]:
-    """Say which settings of how to solve the model had no use in this run.
+    """Return the settings of the solver that had no effect in this run.
 
-    Nobody shall look for their effect. What has its default counts as not given: saved scenes say
-    everything.
+    Users then do not look for an effect. A setting with its default value counts as not given,
+    because saved scenes have all settings.
     """
     way = result.settings.formulation or result.engine
     by = f"the {'engine' if way in ENGINES else 'formulation'} '{way}'"
@@ -385,7 +385,7 @@ def idle_settings(result: Result) -> list[str]:
 
 
 def cost_table(result: Result) -> Table:
-    """Return how long a run is, and what it took."""
+    """Return the duration of a run, and its cost."""
     checks = result.checks
     steps = f"{checks.steps}, from {checks.smallest_step:.3g} to {checks.largest_step:.3g} s"
     rows = [["simulated time", f"{number(result.outcome.time)} s"]]
@@ -400,7 +400,7 @@ def cost_table(result: Result) -> Table:
 
 
 def energy_table(result: Result) -> Table:
-    """Return energies where the run begins and ends, and the largest by size at any sample."""
+    """Return energies at the begin and the end of a run, and the largest absolute values."""
     rows = []
     for name, text in _ENERGIES.items():
         values = getattr(result.energy, name)
@@ -416,7 +416,7 @@ def _strikes(result: Result, contact: str) -> list[str]:
 
 
 def friction_columns(end: float) -> Sequence[Column[FrictionHistory]]:
-    """What is told of dry friction in a joint, in a run up to its `end` (s)."""
+    """Return columns on dry friction in a joint, in a run up to its `end` (s)."""
     return (
         Column(
             "lost", lambda friction: float(friction.lost[-1]), "{:.4g}".format, "J", "energy_lost_J"
@@ -435,17 +435,17 @@ def friction_columns(end: float) -> Sequence[Column[FrictionHistory]]:
 
 
 def friction_table(result: Result) -> Table:
-    """Return what dry friction took in each joint, and how long that rested."""
+    """Return the energy that dry friction took in each joint, and the joint's time at rest."""
     columns = friction_columns(float(result.time[-1]))
     shown = table_of_items("Friction in joints", columns, list(result.frictions.values()))
     return shown.named(result.frictions, "joint")
 
 
 def error_table(result: Result) -> Table:
-    """Return how far a run is off, as it knows itself and by a second run."""
+    """Return the errors of a run by its own checks, and by a second run."""
     checks = result.checks
     missed, share = f"off by {checks.energy_residual:.2g} J", checks.relative_energy_residual
-    if share > 1:  # at rest, a part of the rounding of speeds would say nothing
+    if share > 1:  # a mechanism at rest has only rounding as kinetic energy
         missed += "; nothing moved with as much energy"
     else:
         missed += f", {100 * share:.2g} % of the largest kinetic energy"
@@ -466,22 +466,22 @@ def error_table(result: Result) -> Table:
 
 
 def _still(result: Result) -> str:
-    """Say that no point which is judged moves, so that the tolerance limits nothing; else ''."""
+    """Say that no judged point moves, so that the tolerance limits nothing; empty if one moves."""
     points = judged_points(result.scene)
-    if len(result.time) < 2 or not room(result, points) <= PLACE_ROUNDING:  # nan of a failed run
+    if len(result.time) < 2 or not room(result, points) <= PLACE_ROUNDING:  # nan if the run failed
         return ""
     hint = "a point off the axis of a body would show how that turns"
     return f"not measured: {still_text(points)}; {hint}"
 
 
 def run_force_errors(result: Result) -> Table:
-    """Return how far forces are off, as a second run tells; no rows without one."""
+    """Return the errors of forces by a second run; no rows without a second run."""
     caption = f"Errors of forces, as a second run tells{_until(result.error)}"
     return force_error_table(result.error.forces, caption)
 
 
 def positions_text(error: MeasuredError) -> str:
-    """How far points are off, as a second run tells, and up to when instants are known."""
+    """Return the error of points by a second run, and up to when instants are known."""
     if error.missing:
         return f"not measured: {error.missing}"
     points, limit = name_of(error.points), f"{error.limit:.3g} m"
@@ -498,7 +498,7 @@ def positions_text(error: MeasuredError) -> str:
 
 
 def forces_text(error: MeasuredError) -> str:
-    """How far the force is off that is farthest off, as a part of its largest value."""
+    """Return the largest error of a force by a second run, relative to its largest value."""
     name, part = worst_force(error.forces)
     if error.missing or not name:
         return "not measured"

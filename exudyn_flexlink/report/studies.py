@@ -1,6 +1,6 @@
-"""What the program says of studies: cost of accuracy, stability of a motion, sweeps, benchmarks.
+"""Reports on studies: cost of accuracy, stability of a motion, sweeps, benchmarks.
 
-Each as a text, and as a document with tables beside it: SI numbers, units in the names.
+Each is a text, and a document with tables: SI numbers, with units in the names.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact com
 
 
 def accuracy_text(study: Study, command: str) -> str:
-    """Return the whole report of a study; `command` simulates its scene, as it was studied."""
+    """Return the whole report of a study; `command` simulates the scene that was studied."""
     blocks = [
         [f"What accuracy costs: {study.scene.title}"],
         judged_by(study),
@@ -66,7 +66,7 @@ def accuracy_text(study: Study, command: str) -> str:
 
 
 def judged_by(study: Study) -> list[str]:
-    """Say what errors are measured against, how well that is known, and up to when."""
+    """Return the reference of the errors, the accuracy of that reference, and its last instant."""
     lines = [f"Errors of {name_of(study.judged_by)}, against {study.reference.label}"]
     if study.check is not None:
         what = "independent" if study.independent else "not independent: the same equations"
@@ -86,7 +86,7 @@ def judged_by(study: Study) -> list[str]:
 
 
 def _point_columns(study: Study) -> Sequence[Column[Point]]:
-    """What is told of each setting that was run."""
+    """Return columns on each setting that was run."""
 
     def setting(point: Point) -> str:
         whose = " (model's own)" if point is study.model_point else ""
@@ -120,11 +120,11 @@ _ERRORS: Sequence[Column[Any]] = (
     Column(None, "errors.force", key="error_force_relative"),
     Column(None, "errors.worst_force", key="error_force"),
 )
-"""What files tell of the errors of a setting, or of a cause."""
+"""Columns in files on the errors of a setting, or of a cause."""
 
 
 def _known_to(floor: float, error: float) -> str:
-    """Return an error, or what it is known to be less than."""
+    """Return an error; if it is below the floor, '<' and the floor."""
     return f"{error:.1e}" if error >= floor else f"< {floor:.1e}"
 
 
@@ -145,7 +145,7 @@ def _points(study: Study) -> list[str]:
 
 
 def _source_columns(study: Study) -> Sequence[Column[Source]]:
-    """What is told of each cause of error."""
+    """Return columns on each cause of error."""
     measures_by = measures(study.scene)
 
     def peaks(source: Source) -> dict[str, float]:
@@ -182,7 +182,7 @@ def _sources(study: Study) -> list[str]:
 
 
 def _about(study: Study, source: Source) -> str:
-    """Say what a source's error was told from."""
+    """Return how a source's error was measured."""
     if source.kind == "time":
         is_known = study.model_point is not None
         return "against the reference" if is_known else "this is the finest run: that of the check"
@@ -205,7 +205,7 @@ def _cost(source: Source) -> str:
 
 
 def notes(study: Study) -> list[str]:
-    """Say which causes of error the scene does not have, and which were not looked at, and why."""
+    """Return causes of error that the scene does not have, and those not studied, with reasons."""
     kinds = {source.kind for source in study.sources}
     others = dict.fromkeys(point.method for point in study.points if not point.method.of_rods)
     reasons = [_other_model(study, method) for method in others]
@@ -253,7 +253,7 @@ def _fixed(name: str, body: FlexibleBody) -> str:
 
 
 def dominance(study: Study) -> str:
-    """Say which source of error is the largest."""
+    """Return which source of error is the largest."""
     largest = dominating(study.sources)
     if largest is None:
         return "There is only one known source of error" if study.sources else ""
@@ -268,7 +268,7 @@ def dominance(study: Study) -> str:
 
 
 def recommendation(study: Study) -> str:
-    """Say in one sentence what to choose for the target, and what limits."""
+    """Return one sentence: the best choice for the target, and its limit."""
     if study.still and len(study.judged_by) == 1:
         still = f"{study.judged_by[0]} does not move and judges nothing: watch another point"
         return f"Recommendation: {still}."
@@ -279,7 +279,7 @@ def recommendation(study: Study) -> str:
 
 
 def _how_accurate(study: Study, command: str) -> list[str]:
-    """Say which command simulates by the setting that is advised; it replaces whole sections."""
+    """Return the command with the advised setting; the setting replaces whole sections."""
     choice = None if study.still else advise(study).choice
     if choice is None:
         return []
@@ -342,7 +342,7 @@ def _left_out(study: Study) -> list[str]:
 
 
 def accuracy_document(study: Study) -> Document:
-    """Return what files tell of a study: all settings that were run, causes of error, advice."""
+    """Return the document of a study: all settings that were run, causes of error, advice."""
     runs, largest, advice = study.runs, dominating(study.sources), advise(study)
     columns, causes = _point_columns(study), _source_columns(study)
     points = [entries(columns, point) for point in study.points]
@@ -389,11 +389,11 @@ WORDS = {
     0: "whether neighbours part or approach can't be told",
     -1: "neighbours approach each other",
 }
-LONGEST = 100  # characters of a reason
+LONGEST = 100  # longest reason, in characters
 
 
 def stability_text(study: Stability) -> str:
-    """Say what a motion does, how fast neighbours part, and how far each number goes."""
+    """Return the behaviour of a motion, the growth of distances, and the range of each number."""
     exponent, rhythm = study.exponent, study.rhythm
     laps = round(float(study.run.time[-1]) / rhythm.lap)
     first = (
@@ -416,12 +416,12 @@ def stability_text(study: Stability) -> str:
 
 
 def exponent_text(exponent: Exponent) -> str:
-    """Return an exponent with its uncertainty, and the unit."""
+    """Return an exponent with its uncertainty and unit."""
     return f"{doubted_text(exponent.value, exponent.uncertainty)} 1/s"
 
 
 def doubted_text(value: float, uncertainty: float) -> str:
-    """Return a number with its uncertainty, which has two digits."""
+    """Return a number with its uncertainty; the uncertainty has two digits."""
     digits = max(0, 1 - int(f"{uncertainty:.1e}".partition("e")[2]))
     return f"{value:.{digits}f} +- {uncertainty:.{digits}f}"
 
@@ -462,10 +462,10 @@ def _lines(vibration: Vibration) -> list[list[str]]:
 
 
 def stability_document(study: Stability) -> Document:
-    """Return what files tell of a motion; tables of growth, laps, section and spectra."""
+    """Return the document of a motion, with tables of growth, laps, section and spectra."""
     laps, exponent = study.laps, study.exponent
     repeating, spectra = study.repeating, {"x": study.vibration.x, "y": study.vibration.y}
-    counts = np.arange(len(exponent.rates)) >= exponent.settled  # not while neighbours settle
+    counts = np.arange(len(exponent.rates)) >= exponent.settled  # neighbours settle first
     before = zip(laps.before.tolist(), laps.largest, strict=True)
     data = {
         "title": study.run.scene.title,
@@ -521,7 +521,7 @@ EXPONENT: Sequence[Column[Exponent]] = (
 
 
 def sweep_text(sweep: SweepTable) -> str:
-    """Return the summary of a sweep: its rows, what varied, ranges of observables, reasons."""
+    """Return the summary of a sweep: rows, varied values, ranges of observables, reasons."""
     why = (_why(sweep, kind) for kind in (FAILED, DOUBTFUL))
     return in_blocks([_rows_made(sweep), _ranges(sweep), *why])
 
@@ -537,7 +537,7 @@ def _rows_made(sweep: SweepTable) -> list[str]:
 
 
 def _ranges(sweep: SweepTable) -> list[str]:
-    """Least and largest value of every number that is not printed alike in all rows."""
+    """Return the least and greatest value of every number that does not look equal in all rows."""
     columns = sweep.columns()
     varied = [varied_path.column for varied_path in sweep.varied]
     rows = [["", "from", "to"]]
@@ -550,7 +550,7 @@ def _ranges(sweep: SweepTable) -> list[str]:
 
 
 def _why(sweep: SweepTable, kind: str) -> list[str]:
-    """Why rows are as they are, the most frequent reasons first."""
+    """Return the reasons of failed or doubtful rows; the most frequent come first."""
     reasons = Counter(row.reason for row in sweep.rows if row.status == kind)
     first = {row.reason: row.number for row in reversed(sweep.rows) if row.status == kind}
     rows = [
@@ -575,11 +575,11 @@ NUMBERS: Sequence[Column[Compared]] = (
     Column("allowed", "allowed", "{:.1e}".format),
     Column("verdict", "fine", lambda fine: "ok" if fine else "OFF", key="fine"),
 )
-"""What is told of a published number beside its fields."""
+"""Columns on a published number; files also have the fields of its class."""
 
 
 def verification_text(runs: Sequence[VerifiedRun]) -> str:
-    """Return a table of each run, and a sentence on all of them."""
+    """Return a table for each run, and a sentence on all of them."""
     blocks = []
     for run in runs:
         about = f"{run.benchmark}, {run.run}: {run.steps} steps, {run.seconds:.2g} s"
@@ -603,7 +603,7 @@ def verification_markdown(runs: Sequence[VerifiedRun]) -> str:
 
 
 def verification_data(runs: Sequence[VerifiedRun]) -> list[dict[str, Any]]:
-    """Return plain data; null stands for a number that the run did not come to."""
+    """Return plain data; null stands for a number that the run did not reach."""
     return [
         {
             **asdict(run),
@@ -623,7 +623,7 @@ def _summary(runs: Sequence[VerifiedRun]) -> str:
 
 
 def _reasons(runs: Sequence[VerifiedRun]) -> Iterator[str]:
-    """Who published the numbers that are off, and what was allowed to them."""
+    """Yield the source and the allowed difference of each number that is off."""
     for run in runs:
         for each in run.numbers:
             if not each.fine:

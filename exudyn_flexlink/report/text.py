@@ -1,7 +1,7 @@
-"""Numbers and tables: apart from who shows them, and as plain text.
+"""Numbers and tables, as plain text and independent of where they are shown.
 
-What is told of many things of a kind is declared once, as columns: tables of a text and of a page,
-documents in JSON and CSV files are made of these.
+Columns declare once what is reported on items of a kind. Tables of texts and pages, and JSON and
+CSV files, are made of these columns.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from numpy.typing import NDArray
 
 Item = TypeVar("Item")
 
-WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
-MOST_ROWS = 12  # of a table: more than that scroll the rest away
-GAP = "  "  # before each column
+WIDTH = 80  # usual columns of a terminal, and of a log file
+MOST_ROWS = 12  # most rows of a table: more scroll the rest away
+GAP = "  "  # space before each column
 UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"
 QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])|(?<=<) (?=\d)")
-JOINED = "\u00a0"  # stands for a space where no line is broken
+JOINED = "\u00a0"  # stands for a space at which no line may break
 
 
 @dataclass(frozen=True)
 class Table:
     """Rows of cells, as text, under a caption.
 
-    `head` names the columns, and `units` their units, "" of a column without one; a cell has no
-    unit that its column tells. Both are empty where every row is a name and what is told of it.
-    `note` says what is left out, or how to read the table.
+    `head` has the names of the columns, and `units` their units, "" for a column without unit.
+    Cells omit the unit of their column. Both are empty if every row is a name and its text. `note`
+    tells which rows are omitted, or how to read the table.
     """
 
     caption: str
@@ -43,7 +43,7 @@ class Table:
     note: str = ""
 
     def named(self, names: Iterable[str], head: str = "") -> Table:
-        """Return the table with a name before each row, under a head of its own."""
+        """Return the table with a name before each row; `head` is the head of this new column."""
         rows = [[name, *row] for name, row in zip(names, self.rows, strict=True)]
         return replace(self, rows=rows, head=[head, *self.head], units=["", *self.units])
 
@@ -60,11 +60,12 @@ class Table:
 
 @dataclass(frozen=True)
 class Column(Generic[Item]):
-    """What is told of each item of a kind: in texts under a `head`, in files by a `key`.
+    """A column of a table of items: in texts under a `head`, in files by a `key`.
 
-    `value` is what takes it out of an item, or the name of an attribute, which may have dots.
-    `cell` writes that; None leaves the cell empty. `unit` is that of all cells; the key ends in the
-    unit of the value. Without a head it is in no text, without a key in no file.
+    `value` is a function that takes the value out of an item, or the name of an attribute, which
+    may have dots. `cell` writes a value; the cell of None is empty. `unit` is the unit of all
+    cells; the key ends in the unit of the value. Texts omit a column without a head, files a column
+    without a key.
     """
 
     head: str | None
@@ -85,21 +86,21 @@ class Column(Generic[Item]):
 
 
 class Document(NamedTuple):
-    """What files tell of a study: a document in JSON, and columns of tables by their files."""
+    """Document of a study in JSON, and columns of its tables by the names of their files."""
 
     data: dict[str, Any]
     tables: Mapping[str, Mapping[str, NDArray[Any] | Sequence[Any]]]
 
 
 def entries(columns: Sequence[Column[Item]], item: Item) -> dict[str, Any]:
-    """Return what files tell of an item, by key."""
+    """Return the values of an item for files, by key."""
     return {column.key: column.of(item) for column in columns if column.key}
 
 
 def table_of_items(
     caption: str, columns: Sequence[Column[Item]], items: Sequence[Item], count: int = 0
 ) -> Table:
-    """Return a table with a row for each item, the first of `count` if these are more."""
+    """Return a table with a row for each item; only the first `count` rows if there are more."""
     shown = [column for column in columns if column.head is not None]
     rows = [[column.text(item) for column in shown] for item in items]
     head, units = [column.head or "" for column in shown], [column.unit for column in shown]
@@ -107,41 +108,41 @@ def table_of_items(
 
 
 def left_out(count: int, most: int) -> str:
-    """Say how many of `count` rows are not among the first `most`; empty if all are."""
+    """Say how many of `count` rows come after the first `most`; empty if none."""
     return f"and {count - most} more" if count > most else ""
 
 
 def number(value: float) -> str:
-    """Return a number with 4 digits; whole ones in full, since 20000 reads better than 2e+04."""
+    """Return a number with 4 digits; integers in full, because 20000 is clearer than 2e+04."""
     whole = abs(value) < 1e7 and value == round(value)
     return f"{value:.0f}" if whole else f"{value:.4g}"
 
 
 def instant(time: float, run: float) -> str:
-    """Return an instant (s) of a run that is so long (s), with five decimals, or more digits."""
+    """Return an instant (s) with five decimals, or more if the run (s) is short."""
     decimals = max(5, 4 - floor(log10(run or 1.0)))
     return f"{time:.{decimals}f}"
 
 
 def in_blocks(blocks: Iterable[Sequence[str]]) -> str:
-    """Return blocks of lines with an empty line between them, without those that are empty."""
+    """Return blocks of lines, separated by empty lines, without empty blocks."""
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return indented lines in aligned columns; a row of one cell is a heading across them.
+    """Return indented lines in aligned columns; a row of one cell is a heading over all columns.
 
-    Where they would be wider than `WIDTH`, cells are broken between words, and stay in their
-    columns; a number stays with its unit.
+    If the lines would be wider than `WIDTH`, cells break between words and stay in their columns. A
+    number stays with its unit.
     """
     broken = iter(_broken([row for row in rows if len(row) > 1]))
     return [line for row in rows for line in (next(broken) if len(row) > 1 else [GAP + row[0]])]
 
 
 def lines_of(shown: Table, *, units_above: bool = False) -> list[str]:
-    """Return a table with its caption above and its note below; none without rows.
+    """Return a table with its caption above and its note below; no lines if it has no rows.
 
-    Units stand in the cells, or above them with the names of the columns.
+    Units stand in the cells, or above them beside the names of the columns.
     """
     if not shown.rows:
         return []
@@ -155,12 +156,12 @@ def lines_of(shown: Table, *, units_above: bool = False) -> list[str]:
 
 
 def section(heading: str, rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows in columns under a heading; none without rows."""
+    """Return rows in columns under a heading; no lines without rows."""
     return lines_of(Table(heading, rows))
 
 
 def _with_units(cells: Sequence[str], units: Sequence[str], between: str) -> list[str]:
-    """Cells with their units; what is empty, or has no unit, stays as it is."""
+    """Return cells with their units; an empty cell, or one without a unit, is unchanged."""
     return [
         f"{cell}{between}{unit}" if cell and unit else cell
         for cell, unit in zip(cells, units, strict=True)
@@ -168,7 +169,7 @@ def _with_units(cells: Sequence[str], units: Sequence[str], between: str) -> lis
 
 
 def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
-    """Lines of each row."""
+    """Return the lines of each row."""
     columns = [list(column) for column in zip(*rows, strict=True)]
     cells = [
         [_wrapped(cell, width) for cell in column]
@@ -184,7 +185,7 @@ def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _widths(columns: list[list[str]]) -> list[int]:
-    """Widths of columns that fit into `WIDTH`, if they can, with as few lines more as can be."""
+    """Return the widths of columns that fit into `WIDTH`, if possible, with few extra lines."""
     widths = [max(map(len, column)) for column in columns]
     while sum(widths) + len(GAP) * len(widths) > WIDTH:
         narrower = []
@@ -194,14 +195,14 @@ def _widths(columns: list[list[str]]) -> list[int]:
             if least < width:
                 more = sum(map(len, cells)) - sum(len(_wrapped(cell, width)) for cell in column)
                 narrower.append((more / (width - least), i, least))
-        if not narrower:  # words are never broken
+        if not narrower:  # words never break
             break
         _, i, widths[i] = min(narrower)
     return widths
 
 
 def _wrapped(cell: str, width: int) -> list[str]:
-    """Lines of a cell; at least one, which may be empty."""
+    """Return the lines of a cell: at least one line, which may be empty."""
     if len(cell) <= width:
         return [cell]
     joined = QUANTITY.sub(lambda gap: gap[0].replace(" ", JOINED), cell)

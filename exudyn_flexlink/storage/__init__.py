@@ -1,8 +1,8 @@
-"""A run on disk: a folder with everything in it.
+"""A run on disk: a folder with all its files.
 
-``manifest.json`` names the files that a run wrote: a later one replaces these, and no others.
-``result.nc`` is the run: the arrays as netCDF, with names, dimensions and units, and all else as
-text. `load` gives the Result back exactly. ``summary.json`` and CSV files are printed from it, for
+``manifest.json`` names the files that a run wrote: a later run replaces these, and no others.
+``result.nc`` is the run: its arrays as netCDF, with names, dimensions and units, and the rest as
+text. `load` returns the same Result. ``summary.json`` and CSV files repeat parts of it for
 readers.
 """
 

@@ -1,8 +1,7 @@
-"""What a result says of itself: a JSON file, with tables as CSV beside it.
+"""Documents of results: a JSON file, with tables as CSV beside it; and the journal of a sweep.
 
-The journal of a sweep: a line for each row, added as soon as its runs have ended.
-
-A process that is killed leaves at most half a line at its end, which is left out.
+The journal has a line for each row. A line is added as soon as the runs of its row have ended.
+A process that is killed leaves at most half a line at the end of the journal; readers omit it.
 """
 
 from __future__ import annotations
@@ -45,8 +44,8 @@ def write_document(
 ) -> None:
     """Write a document and its tables, by the names of their files, into an existing folder.
 
-    The `data` have a title, and tell whether the result is `completed`. JSON knows neither inf nor
-    nan: null stands for these. OSError: the folder can't be written.
+    The `data` include a title and `completed`. JSON has no inf and no nan; null stands for these.
+    OSError: the folder can't be written.
     """
     whole = {"program": PROGRAM, "format": FORMAT, **data}
     (folder / name).write_bytes(in_json(whole, indent=2))
@@ -59,13 +58,13 @@ def in_json(
 ) -> bytes:
     """Write dataclasses, mappings and values of NumPy as JSON in lines.
 
-    For inf and nan stands null, or what JavaScript calls them, `constants`, which JSON has not.
+    JSON has no inf and no nan: null stands for these, or, with `constants`, their JavaScript names.
     """
     return to_json(value, indent=indent, inf_nan_mode=infinite, fallback=plain_data) + b"\n"
 
 
 def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
-    """Write columns (N,) under their names: numbers with 12 significant digits, nothing for None.
+    """Write columns (N,) under their names: numbers with 12 significant digits; None is empty.
 
     Raises:
         OSError: the file can't be written.
@@ -82,17 +81,17 @@ def write_csv(file: Path, columns: Mapping[str, Column]) -> None:
 
 
 def other_version(document: Mapping[str, Any]) -> str:
-    """Name the version that wrote a document of this program; empty if it was this one."""
+    """Return the version that wrote a document of this program; empty if it was this version."""
     written, versions = document.get("format", "unknown"), document.get("versions")
     name = versions.get(PROGRAM, "?") if isinstance(versions, Mapping) else "?"
     return "" if written == FORMAT else f"another version, {PROGRAM} {name} with format {written}"
 
 
 def check_readable(file: Path) -> None:
-    """Refuse a pipe or a device, for which reading might wait without an end.
+    """Refuse a pipe or a device, because reading it might wait for ever.
 
     Raises:
-        StorageError: it is one.
+        StorageError: the file is a pipe or a device.
 
     """
     if file.exists() and not file.is_file():
@@ -107,14 +106,14 @@ _ROW = TypeAdapter(Row)
 
 
 class Journal:
-    """Rows of a sweep in a file without a buffer; `known` are those before, by their ids."""
+    """A file without buffer for the rows of a sweep; `known` has the earlier rows by id."""
 
     def __init__(self, stream: IO[bytes], known: Mapping[str, Row]) -> None:
         self._stream = stream
         self.known = known
 
     def add(self, row: Row) -> None:
-        """Keep a row: it outlives this process, however that ends.
+        """Write a row at once, so that it outlives this process.
 
         Raises:
             StorageError: the file can't be written.
@@ -130,10 +129,10 @@ class Journal:
 
 @contextmanager
 def journal_in(folder: Path, ids: Collection[str]) -> Iterator[Journal]:
-    """Open the journal of a sweep to go on with it: what it knows are the rows with these `ids`.
+    """Open the journal of a sweep to continue it; its known rows are those with these `ids`.
 
     Raises:
-        StorageError: it can't be written, or a line is damaged.
+        StorageError: the file can't be written, or a line is damaged.
 
     """
     file = folder / JOURNAL
@@ -151,7 +150,7 @@ def journal_in(folder: Path, ids: Collection[str]) -> Iterator[Journal]:
 
 
 def rows_of(content: bytes, file: Path) -> dict[str, Row]:
-    """Rows of the whole lines of a journal, by their ids; a later one counts.
+    """Return the rows of a journal's complete lines, by id; the later of two equal ids counts.
 
     Raises:
         StorageError: a line is damaged.
@@ -171,7 +170,7 @@ def rows_of(content: bytes, file: Path) -> dict[str, Row]:
 
 
 def _damage(error: ValidationError) -> str:
-    """Say in words what is wrong in a line, first of all."""
+    """Describe the first error in a line."""
     first = error.errors()[0]
     if first["type"] == "json_invalid":
         return "it is no JSON"
@@ -183,12 +182,12 @@ def _damage(error: ValidationError) -> str:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep other processes out of the folder of a sweep, which is made if it is missing.
+    """Lock the folder of a sweep against other processes; make the folder if it is missing.
 
-    Windows and some network disks have no such lock: there all goes on without it.
+    Windows and some network disks have no such lock; the program then continues without it.
 
     Raises:
-        StorageError: another one is in, or the folder can't be made.
+        StorageError: another process has the lock, or the folder can't be made.
 
     """
     try:
@@ -204,7 +203,7 @@ def locked(folder: Path) -> Iterator[None]:
     except BlockingIOError:
         os.close(handle)
         raise StorageError(f"another process sweeps in {folder}; wait for its end") from None
-    except OSError:  # there is no such lock
+    except OSError:  # the system has no such lock
         pass
     try:
         yield

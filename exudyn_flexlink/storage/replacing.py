@@ -1,22 +1,23 @@
-"""Results appear whole or not at all, in place of what an earlier one wrote and of nothing else.
+"""Results are written whole or not at all; they replace only files of an earlier result.
 
-All is written into a temporary folder first. Then its files move into the folder of the result,
-which can't be renamed away: files of the user may be in it. A process may be killed anywhere in
-between, so that each step leaves what can be told apart:
+All files are first written into a temporary folder. Then they move into the folder of the result.
+That folder can't be replaced as a whole, because it may hold files of the user. A process may be
+killed at any time, so each step leaves a state that the next run recognises:
 
-1. The manifest names the files that are there and those that will come.
-2. What was printed from the earlier result goes: tables, figures, summaries.
-3. ``result.nc``, which is the run, takes the place of the earlier one in one move.
-4. What was printed from the new one follows, then the manifest that names nothing else.
+1. The manifest names the present files and the new ones.
+2. Tables, figures and summaries of the earlier result are deleted.
+3. ``result.nc``, which is the run, replaces the earlier one in one move.
+4. Tables, figures and summaries of the new result follow; last the manifest, which now names only
+   new files.
 
-Up to step 3 the folder holds the earlier run, then the new one; never tables of the one beside the
-other. The next run finds all files in the manifest, so that nothing keeps it from its place. Runs
-that end in one folder in the same instant are not kept apart: the last stays, or it is told.
+Before step 3 the folder holds the earlier run, after it the new run; never tables of one beside
+the other. The next run reads all file names in the manifest, so no file blocks it. If two runs end
+in one folder at the same instant, the last one stays, or an error tells of it.
 
-The manifest names the files that a result wrote, each with its SHA-256. A file is the program's own
-if the manifest names it and it still has a content that was written. Everything else is the user's,
-also a file of ours that was changed since. While a result takes the place of an earlier one, a file
-may have the content of either.
+The manifest names the files that a result wrote, each with its SHA-256. A file belongs to the
+program if the manifest names it and its content is as written. Every other file belongs to the
+user, including a file of the program that was changed later. While a result replaces an earlier
+one, a file may have the content of either.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ class StorageError(Sendable, Exception):
 
 def cannot_write(place: Path, error: OSError | RecursionError) -> str:
     """Say plainly why a place can't be written, and what to do."""
-    if isinstance(error, RecursionError):  # of `Path.mkdir`, which calls itself for each folder
+    if isinstance(error, RecursionError):  # `Path.mkdir` calls itself for each folder
         return f"can't write {place}: too many folders in each other; choose another place"
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f"can't write {place}: the disk is full; make room, or choose another place"
@@ -72,7 +73,7 @@ def cannot_write(place: Path, error: OSError | RecursionError) -> str:
     return f"can't write {place}: {error.strerror or error}; choose another place"
 
 
-FIGURES = "figures"  # what a folder holds that has no document
+FIGURES = "figures"  # a folder without a document holds figures
 KINDS = {
     SUMMARY: "run",
     COMPARISON: "comparison",
@@ -81,11 +82,11 @@ KINDS = {
     STABILITY: "stability",
     FIT: "fit",
 }
-"""What a folder holds, by the document that is in it."""
+"""Contents of a folder, by the document in it."""
 
 
 def _inside(name: str) -> str:
-    """Return a path, with "/", that leads to a file in the folder or below; else ValueError."""
+    """Return the path, with "/", of a file in the folder or below it; else raise ValueError."""
     if {"", ".", ".."} & set(name.split("/")) or set(name) & set("\\\0"):
         raise ValueError(f"'{name}' is no name of a file in the folder")
     return name
@@ -96,7 +97,7 @@ Name = Annotated[str, AfterValidator(_inside)]
 
 @dataclass(frozen=True)
 class Manifest:
-    """What stands in a folder, and the SHA-256 that every file of it may have, by its path."""
+    """Contents of a folder, and the SHA-256 that each of its files may have, by path."""
 
     what: str
     title: str
@@ -106,11 +107,11 @@ class Manifest:
 
     @property
     def words(self) -> str:
-        """What stands in the folder, in words."""
+        """Contents of the folder in words."""
         return f"{self.what} of '{self.title}'" if self.title else self.what
 
     def content(self) -> bytes:
-        """Return what stands in its file."""
+        """Return the content of the manifest's file."""
         return to_json(self, indent=2) + b"\n"
 
 
@@ -118,7 +119,7 @@ _MANIFEST = TypeAdapter(Manifest)
 
 
 def read_manifest(folder: Path) -> Manifest | None:
-    """Read the manifest of a folder; None if it has none, or one that is not this program's."""
+    """Read the manifest of a folder; None if it has none, or one that another program wrote."""
     file = folder / MANIFEST
     try:
         return _MANIFEST.validate_json(file.read_bytes()) if is_regular(file) else None
@@ -127,7 +128,7 @@ def read_manifest(folder: Path) -> Manifest | None:
 
 
 def manifest_of(folder: Path) -> Manifest:
-    """Return the manifest of a folder that holds nothing but a result, as it is now.
+    """Return the manifest of the present files of a folder that holds only a result.
 
     Raises:
         OSError: a file can't be read.
@@ -146,24 +147,24 @@ def manifest_of(folder: Path) -> Manifest:
 
 
 def written_files(folder: Path) -> tuple[str, ...]:
-    """Paths of the files that the manifest of a folder names, with "/", and of that itself."""
+    """Return the paths, with "/", of the manifest and of all files that it names."""
     manifest = read_manifest(folder)
     return () if manifest is None else (MANIFEST, *manifest.files)
 
 
 def folders_to(folder: Path, name: str) -> list[Path]:
-    """Folders on the way from a folder to a file in it, the outermost first."""
+    """Return the folders on the path from a folder to a file in it, the outermost first."""
     return [folder / above for above in PurePosixPath(name).parents][-2::-1]
 
 
 def is_ours(folder: Path, name: str, contents: tuple[str, ...]) -> bool:
-    """Tell whether a file of a folder, reached without a link, has one of these SHA-256."""
+    """Tell whether a file has one of these SHA-256, and no link leads to it from the folder."""
     reached = all(is_folder(above) for above in folders_to(folder, name))
     return reached and is_regular(folder / name) and digest(folder / name) in contents
 
 
 def is_regular(file: Path) -> bool:
-    """Tell whether there is a regular file: no link, folder, device or pipe."""
+    """Tell whether a path is a regular file: no link, folder, device or pipe."""
     try:
         return stat.S_ISREG(os.lstat(file).st_mode)
     except (OSError, ValueError):
@@ -171,20 +172,20 @@ def is_regular(file: Path) -> bool:
 
 
 def is_folder(folder: Path) -> bool:
-    """Tell whether there is a folder, and no link to one."""
+    """Tell whether a path is a folder, and no link to a folder."""
     return folder.is_dir() and not folder.is_symlink()
 
 
 def digest(file: Path) -> str:
-    """SHA-256 of a file, or OSError if it can't be read."""
+    """Return the SHA-256 of a file; OSError if it can't be read."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-PREFIX = ".flexlink-"  # of what is there only while something is written
+PREFIX = ".flexlink-"  # of temporary files and folders
 
 
 class KeptBesideError(StorageError):
-    """A result was written whole, but not where it should be: it is in `folder`."""
+    """A result was written whole, but into `folder`, because its own place can't take it."""
 
     def __init__(self, why: StorageError, folder: Path) -> None:
         super().__init__(f"{why}. What was computed is in {folder}", forcible=why.forcible)
@@ -193,18 +194,17 @@ class KeptBesideError(StorageError):
 
 @contextmanager
 def staged_folder(target: Path, *, force: bool = False, what: str = "") -> Iterator[Path]:
-    """Yield a temporary folder; once all is written there, its files move to `target`.
+    """Yield a temporary folder; after the context its files move to `target`.
 
-    `target` may be new, empty, or hold a result of this program: then the new files replace those
-    that its manifest names, and whatever else is in it stays. A result that is not complete
-    replaces no complete one, nor one of another kind, which `what` tells before anything is
-    written. After any exception or interrupt `target` is as it was. `force`
-    replaces a complete result by an incomplete one, writes into a folder of other files, and
-    replaces files of the user that have the names of new ones.
+    `target` may be new, empty, or hold a result of this program. New files then replace those that
+    its manifest names; other files stay. An incomplete result replaces no complete result, and no
+    result of another kind; `what` gives the kind before anything is written. After any exception or
+    interrupt `target` is unchanged. With `force` an incomplete result replaces a complete one, a
+    folder of other files is accepted, and files of the user with names of new files are replaced.
 
     Raises:
-        KeptBesideError: all is written, but may not, or can't, be moved to `target`.
-        StorageError: that is known before anything is written, or the place can't be written.
+        KeptBesideError: all files are written, but may not, or can't, be moved to `target`.
+        StorageError: this is known before anything is written, or `target` can't be written.
 
     """
     target = _resolved(target)
@@ -213,7 +213,7 @@ def staged_folder(target: Path, *, force: bool = False, what: str = "") -> Itera
         yield staged
         now = manifest_of(staged)
         try:
-            _check_place(target, now, force=force)  # hours may have passed
+            _check_place(target, now, force=force)  # again: hours may have passed
             _put(staged, now, target)
         except (StorageError, OSError) as error:
             why = StorageError(cannot_write(target, error)) if isinstance(error, OSError) else error
@@ -222,14 +222,14 @@ def staged_folder(target: Path, *, force: bool = False, what: str = "") -> Itera
 
 @contextmanager
 def staged_files(folder: Path, *, force: bool = False) -> Iterator[Path]:
-    """Yield a temporary folder; once all is written there, its files are moved into `folder`.
+    """Yield a temporary folder; after the context its files move into `folder`.
 
-    `folder` is made if it is missing. Files of the same names in it are replaced if its manifest
-    names them, or with `force`; all others stay. A run of a comparison has no manifest of its own:
-    that of the comparison names its files.
+    `folder` is made if it is missing. Files with the same names are replaced if its manifest names
+    them, or with `force`; others stay. A run of a comparison has no manifest of its own: the
+    manifest of the comparison names its files.
 
     Raises:
-        StorageError: the folder can't be written, or a file of the user is in the way.
+        StorageError: the folder can't be written, or a file of the user has the name of a new file.
 
     """
     folder = _resolved(folder)
@@ -252,8 +252,8 @@ def replace_file(
 ) -> None:
     """Write a file, whole or not at all.
 
-    A file that stands there is replaced if its content is `replaceable`, or with `force`;
-    links, devices and folders never are.
+    An existing file is replaced if its content is `replaceable`, or with `force`; links, devices
+    and folders are never replaced.
 
     Raises:
         StorageError: the file may not be replaced, or can't be written.
@@ -264,7 +264,7 @@ def replace_file(
     if os.path.lexists(file):
         if not is_regular(file):
             raise StorageError(f"can't write {file}: it is {kind_of(file)}; give a new name")
-        with suppress(OSError):  # what can't be read is not known to be the program's
+        with suppress(OSError):  # an unreadable file may be the user's
             force = force or replaceable(file.read_bytes())
         if not force:
             raise StorageError(
@@ -279,10 +279,10 @@ def replace_file(
 
 
 def check_regular(folder: Path, name: str) -> None:
-    """Look whether a path in a folder leads, through no link, to a file or to nothing yet.
+    """Check that a path in a folder contains no link, and is a file or does not exist yet.
 
     Raises:
-        StorageError: something else is there, which is never replaced nor followed.
+        StorageError: it is something else, which is never replaced or followed.
 
     """
     wrong = [above for above in folders_to(folder, name) if not is_folder(above)]
@@ -295,7 +295,7 @@ def check_regular(folder: Path, name: str) -> None:
 
 
 def kind_of(place: Path) -> str:
-    """Say what stands in a place."""
+    """Say what a path is."""
     if place.is_symlink():
         return "a link"
     kinds = {"folder": place.is_dir, "file": place.is_file, "pipe": place.is_fifo}
@@ -303,9 +303,9 @@ def kind_of(place: Path) -> str:
 
 
 def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> None:
-    """Move the files of a folder to `target`, in place of those of the result that is there.
+    """Move the files of a folder to `target`, in place of the files of its earlier result.
 
-    Where some are to be added, all of that stay. OSError: the place can't be written.
+    With `add`, the earlier files stay. OSError: `target` can't be written.
     """
     earlier = read_manifest(target)
     old = earlier.files if earlier else {}
@@ -314,7 +314,7 @@ def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> Non
     target.mkdir(parents=True, exist_ok=True)
     _write(target / MANIFEST, replace(earlier or now, files=both, completed=completed).content())
     runs = [name for name in now.files if Path(name).name == ARRAYS]
-    whole = runs or [name for name in KINDS if name in now.files]  # it is replaced in one move
+    whole = runs or [name for name in KINDS if name in now.files]  # replaced in one move
     for name in () if add else set(old) - set(whole):
         if is_ours(target, name, old[name]):
             (target / name).unlink()
@@ -322,20 +322,20 @@ def _put(staged: Path, now: Manifest, target: Path, *, add: bool = False) -> Non
         (target / name).parent.mkdir(exist_ok=True)
         _write(target / name, (staged / name).read_bytes())
     for folder in {target, *((target / name).parent for name in both)}:
-        for rest in folder.glob(f"{PREFIX}*"):  # what killed processes left half written
+        for rest in folder.glob(f"{PREFIX}*"):  # half-written files of killed processes
             with suppress(OSError):
                 rest.rmdir() if is_folder(rest) else rest.unlink()
-        with suppress(OSError):  # it is not empty
+        with suppress(OSError):  # the folder is not empty
             folder.rmdir()
     last = replace(earlier, files=old | now.files) if add and earlier else now
     _write(target / MANIFEST, last.content())
 
 
 def _write(place: Path, content: bytes) -> None:
-    """Write a file beside its place, then move it there, or raise OSError; a link is replaced."""
+    """Write a temporary file, then move it to its place, or raise OSError; a link is replaced."""
     beside = place.with_name(f"{PREFIX}{place.name}")
     try:
-        beside.unlink(missing_ok=True)  # what a killed process left, or a link
+        beside.unlink(missing_ok=True)  # left by a killed process, or a link
         with beside.open("xb") as stream:
             stream.write(content)
         os.replace(beside, place)
@@ -345,7 +345,7 @@ def _write(place: Path, content: bytes) -> None:
 
 
 def _resolved(target: Path) -> Path:
-    """Return the whole path of a place; refuse what is none, such as a link to itself."""
+    """Return the absolute path of a place; refuse an impossible path, such as a link to itself."""
     try:
         return Path(target).resolve()
     except (OSError, RuntimeError, ValueError) as error:
@@ -354,9 +354,9 @@ def _resolved(target: Path) -> Path:
 
 @contextmanager
 def _temporary(target: Path) -> Iterator[Path]:
-    """Yield a new folder among the system's temporary ones, for what shall be in `target`.
+    """Yield a new folder among the system's temporary folders, for files that move to `target`.
 
-    Tell by that name, which the user knows, what can't be written: StorageError, not OSError.
+    Errors name `target`, which the user knows: StorageError replaces OSError.
     """
     try:
         with TemporaryDirectory(prefix="flexlink-", ignore_cleanup_errors=True) as folder:
@@ -366,9 +366,9 @@ def _temporary(target: Path) -> Iterator[Path]:
 
 
 def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
-    """Refuse a folder that a result may not be put into, or that can't be written.
+    """Refuse a folder that the result may not go into, or that can't be written.
 
-    The result's kind is empty if nobody knows it yet.
+    The result's kind is empty if it is not known yet.
     """
     try:
         earlier = read_manifest(target)
@@ -400,7 +400,7 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
         raise StorageError(f"{target} is {kind_of(target)}; give the name of a folder") from None
     except PermissionError as error:
         raise StorageError(f"can't read {target}: {error.strerror or error}") from error
-    except OSError as error:  # such as a name that is too long
+    except OSError as error:  # for instance, the name is too long
         raise StorageError(cannot_write(target, error)) from error
     _try_to_write(target)
 
@@ -408,9 +408,9 @@ def _check_place(target: Path, now: Manifest, *, force: bool) -> None:
 def _check_files(
     target: Path, names: Iterable[str], earlier: Manifest | None, *, force: bool
 ) -> None:
-    """Refuse to write files of these names into a folder with the manifest `there`, if one is not.
+    """Refuse to write files of these names into a folder, unless its manifest names them.
 
-    With `force`, the user's files may be replaced, too; never a folder, link or device.
+    With `force`, files of the user may be replaced, but never a folder, link or device.
     """
     files = earlier.files if earlier else {}
     for name in (*names, MANIFEST):
@@ -427,7 +427,7 @@ def _check_files(
 
 
 def _try_to_write(target: Path) -> None:
-    """Refuse a place in which no folder can be made; what is missing is missing afterwards, too."""
+    """Refuse a place in which no folder can be made; delete the folders that this test makes."""
     trial = target / f"{PREFIX}trial"
     missing = [folder for folder in (trial, *trial.parents) if not folder.exists()]
     try:
@@ -441,7 +441,7 @@ def _try_to_write(target: Path) -> None:
 
 
 def _kept_beside(staged: Path, now: Manifest, target: Path) -> Path:
-    """Move the staged files to a folder with a free name beside that of the target, or OSError."""
+    """Move the staged files to a folder with a free name beside the target, or raise OSError."""
     names = (target.with_name(f"{target.name}-{number}") for number in count(2))
     beside = next(place for place in names if not os.path.lexists(place))
     try:

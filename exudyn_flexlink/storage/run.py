@@ -1,13 +1,13 @@
-"""A Result to the files of a run, and back: arrays by name, tables with units, and the rest.
+"""Write a Result to the files of a run, and read it: arrays by name, tables with units, the rest.
 
-A name, in the file and in tables, is the path to the array in Python with dots:
-``contacts.strike.touches.begin``. Names of a scene have no dots. Which fields are arrays stands at
-the dataclasses.
+The name of an array, in the file and in tables, is its path in Python with dots:
+``contacts.strike.touches.begin``. Names of a scene have no dots. The dataclasses declare which
+fields are arrays.
 
-The format is netCDF-3 with 64-bit offsets: SciPy writes it, and nearly everything reads it. What it
-lacks is made up for: names are in UTF-8, as the format demands; truth values are bytes, marked as
-xarray marks them; texts are rows of characters; arrays without any element are left out. The
-SHA-256 of the file, in which 64 zeros stand in its place, tells whether it is as written.
+The format is netCDF-3 with 64-bit offsets: SciPy writes it, and nearly every program reads it. It
+lacks some types. So names are in UTF-8, as the format demands; truth values are bytes, with the
+marks of xarray; texts are rows of characters; arrays without elements are omitted. The SHA-256 of
+the file, with 64 zeros in its own place, tells whether the file is as written.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ from exudyn_flexlink.sweeps import column_of, column_of_contact, label_of
 
 @dataclass(frozen=True)
 class Array:
-    """Values, the names of their dimensions, and what they are: units and long_name."""
+    """Values, the names of their dimensions, and attributes: units and long_name."""
 
     dimensions: tuple[str, ...]
     values: NDArray[Any]
@@ -85,7 +85,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Read:
-    """What a file holds: arrays with any element, `lengths` of dimensions, texts by name."""
+    """Contents of a file: arrays with elements, `lengths` of dimensions, texts by name."""
 
     arrays: Mapping[str, NDArray[Any]]
     lengths: Mapping[str, int]
@@ -98,7 +98,7 @@ def arrays_of(result: Result) -> dict[str, Array]:
 
 
 def attributes_of(result: Result) -> dict[str, str]:
-    """Return what tells a reader where the arrays come from."""
+    """Return attributes that tell readers where the arrays come from."""
     outcome = result.outcome
     end = "completed" if outcome.completed else f"stopped: {outcome.reason}"
     return {
@@ -110,7 +110,7 @@ def attributes_of(result: Result) -> dict[str, str]:
 
 
 def taken_apart(result: Result) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Return the arrays of a result by name, and its fields with None in place of every array."""
+    """Return the arrays of a result by name, and its fields, in which None replaces every array."""
     arrays: dict[str, Array] = {}
 
     def rest(value: Any, variable: Variable | None, name: str) -> Any:
@@ -131,12 +131,12 @@ def taken_apart(result: Result) -> tuple[dict[str, Array], dict[str, Any]]:
 
 
 def put_together(read: Read, fields: Mapping[str, Any], **given: Any) -> Result:
-    """Return the result of arrays and `fields`, as `taken_apart` gives both; some are `given`.
+    """Return the result of arrays and `fields`, as from `taken_apart`; some fields are `given`.
 
     Raises:
         KeyError: a field is missing.
-        TypeError: one is of another kind.
-        ValueError: one can't be, or an array is missing.
+        TypeError: a field has the wrong type.
+        ValueError: a field has an impossible value, or an array is missing.
 
     """
 
@@ -161,25 +161,25 @@ def put_together(read: Read, fields: Mapping[str, Any], **given: Any) -> Result:
 
 @cache
 def _adapter(kind: Any) -> Any:
-    """What turns a value that JSON tells into one of a type."""
+    """Return the converter of a JSON value to a type."""
     return TypeAdapter(kind).validate_python
 
 
 def _name(member: Member, path: str) -> str:
-    """Name of a field of the dataclass at `path`, which is empty at the top."""
+    """Return the name of a field of the dataclass at `path`; the path is empty at the top."""
     name = (member.variable.name if member.variable else "") or member.name
     return f"{path}.{name}" if path else name
 
 
 def _dimensions(variable: Variable, name: str) -> tuple[str, ...]:
-    """Names of the dimensions of a variable, which may be those of the dataclass around it."""
+    """Return the dimensions of a variable; they may be those of the dataclass around it."""
     path = name.rpartition(".")[0]
     every = variable.dimensions.split()
     return tuple(f"{path}{axis}".rstrip(".") if axis.startswith(".") else axis for axis in every)
 
 
 def _arrays(scene: Scene, value: Any, variable: Variable, name: str) -> Iterator[tuple[str, Array]]:
-    """The array of a variable, or one for each of its components."""
+    """Yield the array of a variable, or one array for each of its components."""
     dimensions = _dimensions(variable, name)
     for i, (component, units) in enumerate(variable.components.items()):
         about = _attributes(units, f"{variable.long_name}: {component}")
@@ -191,7 +191,10 @@ def _arrays(scene: Scene, value: Any, variable: Variable, name: str) -> Iterator
 
 
 def _unit_of(scene: Scene, name: str, unit: str) -> str:
-    """Unit of an array, by that of its field: hinges stop by torques, slides rub by forces."""
+    """Return the unit of an array: its field's unit, with two exceptions.
+
+    The stop of a hinge acts by a torque, the friction of a slide by a force.
+    """
     section, _, rest = name.partition(".")
     if section == "contacts":
         contact = next((stop for stop in scene.stops if rest.startswith(f"{stop}.")), "")
@@ -205,7 +208,7 @@ def _attributes(units: str, long_name: str) -> dict[str, str]:
 
 
 def _value(read: Read, kind: Any, variable: Variable, name: str) -> Any:
-    """The value of a variable: an array, or a tuple, or a single number."""
+    """Return the value of a variable: an array, a tuple, or a single number."""
     if variable.components:
         return np.stack(
             [_taken(read, variable, f"{name}.{part}") for part in variable.components], axis=-1
@@ -217,7 +220,7 @@ def _value(read: Read, kind: Any, variable: Variable, name: str) -> Any:
 
 
 def _taken(read: Read, variable: Variable, name: str) -> NDArray[Any]:
-    """An array of the file, which has none of those without any element, nor a length 0."""
+    """Return an array of the file; the file has no array without elements, and no length 0."""
     if name in read.arrays:
         return read.arrays[name].astype(variable.kind, copy=False)
     shape = [read.lengths.get(axis, 0) for axis in _dimensions(variable, name)]
@@ -226,10 +229,10 @@ def _taken(read: Read, variable: Variable, name: str) -> NDArray[Any]:
     return np.empty(shape, variable.kind)
 
 
-LARGEST = 2**31 - 4  # bytes of one array in a file, as SciPy writes it
-CHECKED = "sha256"  # the attribute, which comes first, and
-BLANK = b"0" * 64  # what it is until the file is whole
-CODES = {"f": "d", "i": "i", "b": "b", "S": "c"}  # of files, by kinds of numpy
+LARGEST = 2**31 - 4  # bytes: largest array in a file that SciPy writes
+CHECKED = "sha256"  # the first attribute of the file
+BLANK = b"0" * 64  # its value until the file is complete
+CODES = {"f": "d", "i": "i", "b": "b", "S": "c"}  # types in files, by kinds of NumPy
 
 
 def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[str, str]) -> None:
@@ -240,7 +243,7 @@ def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[st
         StorageError: an array is too large for the format.
 
     """
-    # scipy takes long to import, which those who only replace a file should not wait for
+    # SciPy takes long to import, and replacing a file does not need it
     from scipy.io import netcdf_file  # noqa: PLC0415
 
     stream = BytesIO()
@@ -259,8 +262,8 @@ def write_netcdf(file: Path, arrays: Mapping[str, Array], attributes: Mapping[st
 
 
 def _checked(content: bytes) -> tuple[int, bytes]:
-    """Return where the SHA-256 of a file stands in it, and what it should be."""
-    name = CHECKED.encode().ljust(8, b"\0")  # then come its type and length, of 4 bytes each
+    """Return the place of the SHA-256 in a file, and the value that it should have."""
+    name = CHECKED.encode().ljust(8, b"\0")  # its type and its length follow, of 4 bytes each
     begin = content.find(name) + len(name) + 8
     digest = hashlib.sha256(content[:begin] + BLANK + content[begin + len(BLANK) :])
     return begin, digest.hexdigest().encode()
@@ -294,7 +297,7 @@ def _put(owner: Any, attributes: Mapping[str, str]) -> None:
 
 
 def _encoded(name: str) -> str:
-    """A name as SciPy, which writes Latin-1, has to be given it so that the file has UTF-8."""
+    """Return a name that SciPy, which writes Latin-1, turns into UTF-8 in the file."""
     return name.encode("utf-8").decode("latin-1")
 
 
@@ -303,12 +306,12 @@ def _decoded(name: str) -> str:
 
 
 def read_netcdf(file: Path) -> Read:
-    """Read a file that `write_netcdf` wrote: its attributes, and all arrays with any element.
+    """Read a file that `write_netcdf` wrote: its attributes, and all arrays with elements.
 
     Raises:
         OSError: the file can't be read.
-        MemoryError: it holds more than there is memory.
-        ValueError: it is not as it was written.
+        MemoryError: it has more data than the memory can hold.
+        ValueError: it is not as written.
 
     """
     content = file.read_bytes()
@@ -335,21 +338,21 @@ def _values(variable: Any) -> NDArray[Any]:
 UNITS = {
     member.name: member.variable.units or "" for member in members(Intervals) if member.variable
 }
-"""Of what is told of touches, and of the strikes that are made of them."""
+"""Units of values on touches, and on strikes, which consist of touches."""
 
 
 Record = TypeVar("Record")
 Times = FloatArray | None
-"""Instants (N,) s of the rows of a table; None: the samples."""
+"""Instants (N,) s of the rows of a table; None: the instants of the samples."""
 
 
 def _seen(record: Record, time: Times) -> Record:
-    """Return what is known of a run at instants of a table."""
+    """Return the record of a run at the instants of a table."""
     return record if time is None else at_instants(record, time)
 
 
 def trajectory_columns(result: Result, point: str, time: Times = None) -> dict[str, FloatArray]:
-    """Motion of 'body.point' as columns (N,) by name and unit.
+    """Return the motion of 'body.point' as columns (N,) by name and unit.
 
     Raises:
         ValueError: the scene has no such point.
@@ -361,7 +364,7 @@ def trajectory_columns(result: Result, point: str, time: Times = None) -> dict[s
 
 
 def lever_columns(result: Result, contact: str, time: Times = None) -> dict[str, FloatArray]:
-    """Motion of the body that a contact strikes, as columns (N,) by name and unit.
+    """Return the motion of the body that a contact strikes, as columns (N,) by name and unit.
 
     Raises:
         ValueError: the scene has no such contact.
@@ -376,7 +379,7 @@ def lever_columns(result: Result, contact: str, time: Times = None) -> dict[str,
 
 
 def bending_columns(result: Result, link: str, time: Times = None) -> dict[str, FloatArray]:
-    """Moments of a link's hinges by their places, as columns (N,) like ``moment_at_0.007_m_N_m``.
+    """Return the moments of a link's hinges as columns (N,) like ``moment_at_0.007_m_N_m``.
 
     Raises:
         ValueError: the link has no hinges.
@@ -390,11 +393,11 @@ def bending_columns(result: Result, link: str, time: Times = None) -> dict[str, 
 
 
 def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
-    """Every touch of a joint's pairs or of a contact, as columns (touches,) by name and unit.
+    """Return every touch of a joint's pairs or of a contact, as columns (touches,).
 
-    `pair` counts from 1, in the order of the sleeve's `pairs` in the summary. What still touches as
-    the run ends has `ended` 0, and its `end_s` is the end of the run. Of contacts and bearings
-    there is the largest gap of the flight that follows, see `flight_gaps`.
+    Names end in the unit. `pair` counts from 1, in the order of the sleeve's `pairs` in the
+    summary. A touch that continues at the end of the run has `ended` 0, and `end_s` is that end.
+    Contacts and bearings also have the largest gap of the flight that follows, see `flight_gaps`.
     """
     touches, last = result.intervals[name], float(result.time[-1])
     columns: dict[str, FloatArray] = {"begin_s": touches.begin, "end_s": touches.until(last)}
@@ -412,9 +415,9 @@ def touch_columns(result: Result, name: str) -> dict[str, FloatArray]:
 
 
 def strike_columns(result: Result, contact: str) -> dict[str, Column]:
-    """Strikes of a contact as columns (strikes,) of the fields of `Strike`, by name and unit.
+    """Return the strikes of a contact as columns (strikes,) of the fields of `Strike`.
 
-    Without laps and angle where nothing turns.
+    Names end in the unit. Laps and angle are omitted if nothing turns.
     """
     every_strike, columns = strikes(result, contact), dict[str, Column]()
     units = UNITS | {"crank_angle": "rad"}
@@ -427,25 +430,25 @@ def strike_columns(result: Result, contact: str) -> dict[str, Column]:
 
 
 def happening_columns(result: Result) -> dict[str, Column]:
-    """What happens in a run as columns: when, what and where."""
+    """Return the happenings of a run as columns: instant, kind and place."""
     items = happenings(result)
     names = {"t_s": "time", "what": "what", "where": "where"}
     return {column: [getattr(item, key) for item in items] for column, key in names.items()}
 
 
 def force_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
-    """All forces and torques as columns (N,), as ``crank.joint_force_x_N``.
+    """Return all forces and torques as columns (N,), such as ``crank.joint_force_x_N``.
 
-    A contact by impulses has none: they are in `touch_columns`.
+    A contact with impulses has no force; its impulses are in `touch_columns`.
     """
     columns, left_out = _instants(result, time), momentary_forces(result)
     for called, known in forces_of(result).items():
         force = _seen(known, time)
         name, quantity, values = force.name, force.quantity.replace(" ", "_"), force.values
-        if quantity == "wall_force":  # of 'sleeve, upper wall'
+        if quantity == "wall_force":  # the name is, for instance, 'sleeve, upper wall'
             name, _, wall = name.rpartition(", ")
             quantity = f"{wall.replace(' ', '_')}_force"
-        if force.quantity == BENDING:  # the largest along the link
+        if force.quantity == BENDING:  # the largest moment along the link
             values = force.size
         parts = {"": values} if values.ndim == 1 else {"_x": values[:, 0], "_y": values[:, 1]}
         if called not in left_out:
@@ -455,9 +458,9 @@ def force_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
 
 
 def impulse_columns(result: Result) -> dict[str, FloatArray]:
-    """Impulses in joints as impacts made speeds jump, as ``hinge.impulse_x_N_s`` (K,), and when.
+    """Return impulses in joints during impacts, ``hinge.impulse_x_N_s`` (K,), and their instants.
 
-    A joint that was not there then has no value (nan).
+    A joint that did not exist at that instant has the value nan.
     """
     instants = np.unique(np.concatenate([x.time for x in result.joint_impulses.values()]))
     columns: dict[str, FloatArray] = {"t_s": instants}
@@ -472,10 +475,10 @@ def impulse_columns(result: Result) -> dict[str, FloatArray]:
 
 
 def all_columns(result: Result, time: Times = None) -> dict[str, FloatArray]:
-    """All that is told at every sample, as columns (N,): ``link.angle_rad``, ``link.end.x_m``.
+    """Return values at every sample, as columns (N,): ``link.angle_rad``, ``link.end.x_m``.
 
-    Bodies and points, answers of struck bodies (``lever.response.angle_rad``), forces (see
-    `force_columns`) and energies (``energy.kinetic_J``).
+    They are bodies and points, responses of struck bodies (``lever.response.angle_rad``), forces
+    (see `force_columns`) and energies (``energy.kinetic_J``).
     """
     struck, energy = struck_bodies(result.scene), _seen(energies(result), time)
     columns = _instants(result, time)
@@ -506,7 +509,7 @@ def _instants(result: Result, time: Times = None) -> dict[str, FloatArray]:
 
 
 def tables_of(result: Result, time: Times = None) -> dict[str, Mapping[str, Column]]:
-    """Return the tables of a run by file name; the user's names may not be fit for one."""
+    """Return the tables of a run by file name; file names may differ from names of the scene."""
     point = watched_point(result.scene)
     tables: dict[str, Mapping[str, Column]] = {
         f"trajectory_{_fit(point)}.csv": trajectory_columns(result, point, time)
@@ -533,32 +536,32 @@ def _fit(name: str) -> str:
 
 
 def _free_name(stem: str, taken: Iterable[str]) -> str:
-    """Name of a file that is not taken: two names of a scene may become one."""
-    while f"{stem}.csv".lower() in map(str.lower, taken):  # some file systems see no case
+    """Return a file name that is not taken; two names of a scene may give the same file name."""
+    while f"{stem}.csv".lower() in map(str.lower, taken):  # some file systems ignore case
         stem += "_"
     return f"{stem}.csv"
 
 
 RUN = "run"
-"""The attribute of ``result.nc`` with the fields of a result that are no arrays, as JSON."""
+"""Attribute of ``result.nc`` with the fields of a result that are no arrays, as JSON."""
 
 
 def save(result: Result, folder: Path, every: float | None = None) -> None:
     """Write a result into `folder`, which is made if it is missing.
 
-    With `every` (s) tables have rows evenly so far apart in place of the samples; ``result.nc`` has
-    the samples all the same.
+    With `every` (s), tables have rows at this constant interval instead of rows at the samples;
+    ``result.nc`` still has the samples.
 
-    ``result.nc`` is all of it. The rest is for readers: ``summary.json``,
+    ``result.nc`` is the whole result. The other files are for readers: ``summary.json``,
     ``trajectory_<point>.csv`` of the watched point, ``forces.csv`` of all forces and torques,
-    ``bending_<link>.csv`` of the hinges of every flexible link,
-    ``lever_<body>.csv`` of every body that a contact strikes, ``touches_<name>.csv`` of every
-    contact and joint with clearance that touched, ``strikes_<contact>.csv``, ``joint_impulses.csv``
-    of what joints bore in impacts without duration, and ``happenings.csv`` of all that happened.
-    The column crank_angle_rad has the name of its joint where that is no crank, see `crank_column`,
-    and is left out where the scene has no revolute joint. Files of the same names are written over;
-    inside a `staged_folder`, all is written whole or not at all, and no file of the user is
-    replaced.
+    ``bending_<link>.csv`` of the hinges of every flexible link, ``lever_<body>.csv`` of every body
+    that a contact strikes, ``touches_<name>.csv`` of every contact and joint with clearance that
+    touched, ``strikes_<contact>.csv``, ``joint_impulses.csv`` of impulses in joints during impacts
+    without duration, and ``happenings.csv`` of all happenings.
+
+    The column crank_angle_rad has the name of its joint if that is no crank, see `crank_column`. It
+    is omitted if the scene has no revolute joint. Files with the same names are overwritten. Inside
+    a `staged_folder`, all files are written or none, and no file of the user is replaced.
 
     Raises:
         OSError: the folder can't be written.
@@ -576,7 +579,7 @@ def save(result: Result, folder: Path, every: float | None = None) -> None:
 
 
 def _summary(result: Result) -> dict[str, Any]:
-    """What is told of a run: first what most want to know."""
+    """Return the summary of a run; the most important values come first."""
     scene, end = result.scene, float(result.time[-1])
     first, last = (
         {name: getattr(result, name) for name in names}
@@ -600,7 +603,7 @@ def _summary(result: Result) -> dict[str, Any]:
             for link in bent_links(scene)
         },
         "extremes": {
-            # a contact that never was has none
+            # a contact that never existed has no extremes
             name: _ends(extremes) if len(extremes.time) else None
             for name, extremes in result.extremes.items()
         },
@@ -624,17 +627,17 @@ def _summary(result: Result) -> dict[str, Any]:
 
 
 def _rows(columns: Mapping[str, Column]) -> list[dict[str, Any]]:
-    """Rows of a table, each by the names of its columns."""
+    """Return the rows of a table, each by the names of its columns."""
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _peaks(seen: LeverResponse) -> dict[str, float]:
-    """How far a struck body went, and when, by name and unit."""
+    """Return the extremes of a struck body's motion and their instants, by name and unit."""
     return _ends(seen, f"_{seen.measure.name}", f"_{seen.measure.word}")
 
 
 def _ends(seen: Extremes | LeverResponse, name: str = "", word: str = "") -> dict[str, float]:
-    """The least and the greatest of what has both, and when (s)."""
+    """Return the least and the greatest value, and their instants (s), by name."""
     extremes: dict[str, float] = {}
     for end, (value, instant) in (("least", seen.least), ("greatest", seen.greatest)):
         extremes |= {f"{end}{name}": value, f"{end}{word}_at_s": instant}
@@ -642,10 +645,10 @@ def _ends(seen: Extremes | LeverResponse, name: str = "", word: str = "") -> dic
 
 
 def load(place: Path) -> Result:
-    """Read a result back, exactly as it was saved, from its folder or from ``result.nc`` itself.
+    """Read a result, exactly as it was saved, from its folder or from its file ``result.nc``.
 
     Raises:
-        StorageError: there is no run of this program, or its file is damaged.
+        StorageError: the place holds no run of this program, or the file is damaged.
 
     """
     place = Path(place)
@@ -670,7 +673,7 @@ def load(place: Path) -> Result:
 
 
 def _missing(file: Path) -> str:
-    """Say what there is in place of a run."""
+    """Say what the place holds instead of a run."""
     folder = file.parent
     if not folder.is_dir() or file.name != ARRAYS:
         return (
@@ -684,7 +687,7 @@ def _missing(file: Path) -> str:
 def _scene(data: Any, file: Path) -> Scene:
     try:
         read = parse_document(json.dumps(data, ensure_ascii=False), str(file))
-        # No reader sees the text, and what stands where in it.
+        # No reader needs the text, or the lines of its values.
         return parse_scene(Document(read.name, read.folder, data=data))
     except SceneError as error:
         raise StorageError(f"the scene in {file} is damaged:\n{error}") from error

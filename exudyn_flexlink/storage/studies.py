@@ -1,12 +1,11 @@
-"""Studies to files: comparisons, a work-precision study, one of stability, a fit.
+"""Files of studies: comparisons, work-precision studies, studies of stability, fits, sweeps.
 
-Each is a document in JSON, with tables beside it; `report` says what is in them. All raise OSError
-where the folder can't be written.
+Each study is a document in JSON with tables beside it; `report` makes their contents. All
+functions raise OSError if the folder can't be written.
 
-A sweep on disk: its plan, a journal to which each row is added at once, and its table.
-
-``sweep.json`` is the plan and stands there from the beginning. Tables are written from the journal
-once no more rows come.
+A sweep on disk has a plan, a journal to which each row is added at once, and a table.
+``sweep.json`` is the plan; it exists from the beginning. The table is made from the journal when
+all rows are there, or when the sweep is interrupted.
 """
 
 from __future__ import annotations
@@ -79,13 +78,13 @@ DOCUMENTS: Mapping[Any, tuple[str, Callable[..., Document]]] = {
     Stability: (STABILITY, stability_document),
     Fit: (FIT, fit_document),
 }
-"""What the document of each kind of study is called, and what makes it."""
+"""Name of the document of each kind of study, and the function that makes it."""
 
 
 def save_study(study: AnyStudy, folder: Path, **options: Any) -> None:
     """Write the document of a study, and its tables, into an existing folder.
 
-    `options` are those of what makes its document, see `comparison_document`.
+    `options` go to the function that makes the document, see `comparison_document`.
     """
     name, document_of = next(DOCUMENTS[kind] for kind in DOCUMENTS if isinstance(study, kind))
     write_document(folder, name, *document_of(study, **options))
@@ -93,20 +92,20 @@ def save_study(study: AnyStudy, folder: Path, **options: Any) -> None:
 
 SERIES = "series"
 AGAIN = "sweep again"
-ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP")  # signals that end a process; Windows has no SIGHUP
 
 
 @dataclass(frozen=True)
 class SeriesKeeper:
-    """Saves runs, each in a folder of its own in ``series``; can be sent to other processes."""
+    """Saves runs, each in its own folder in ``series``; it can be sent to other processes."""
 
     folder: Path
 
     def __call__(self, result: Result, name: str) -> None:
-        """Save a run, in place of an earlier one of the same name, before the process may end.
+        """Save a run over an earlier run of the same name, before the process may end.
 
         Raises:
-            StorageError: that can't be written, or this machine does not see the sweep's folder.
+            StorageError: the run can't be written, or this machine does not see the sweep's folder.
 
         """
         if not (self.folder / SWEEP).is_file():
@@ -121,7 +120,7 @@ class SeriesKeeper:
 
 @contextmanager
 def _ends_later() -> Iterator[None]:
-    """Let Ctrl-C and requests to end wait for what is inside; only the main thread takes them."""
+    """Delay Ctrl-C and requests to end until the context ends; only the main thread gets them."""
     asked: list[int] = []
     numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
     taken = numbers if current_thread() is main_thread() else []
@@ -139,10 +138,10 @@ def _ends_later() -> Iterator[None]:
 def open_journal(
     folder: Path, sweep: Sweep, *, resume: bool = False, force: bool = False, series: bool = False
 ) -> Iterator[Journal]:
-    """Begin a sweep in a folder, or go on with it; two processes never work in one.
+    """Begin a sweep in a folder, or continue it; two processes never work in one folder.
 
-    `force` begins anew, whatever stands there. With `series` runs are wanted whole: a row whose run
-    was not saved is made again.
+    `force` begins again, whatever the folder holds. With `series` each run is saved; a row whose
+    run was not saved is computed again.
 
     Raises:
         StorageError: the folder holds something else, or rows of this sweep without `resume`; it
@@ -164,10 +163,10 @@ def open_journal(
 
 
 def load_sweep(folder: Path) -> SweepTable:
-    """Read the table of a sweep, also of one that is not whole.
+    """Read the table of a sweep, even if the sweep is incomplete.
 
     Raises:
-        StorageError: the folder holds no sweep, or a file of it is damaged.
+        StorageError: the folder holds no sweep, or one of its files is damaged.
 
     """
     folder = Path(folder)
@@ -198,7 +197,7 @@ def save_table(sweep: Sweep, table: SweepTable, folder: Path) -> None:
 
 
 def _write_plan(folder: Path, sweep: Sweep, *, completed: bool) -> None:
-    """Write the plan in one line: its points may be many."""
+    """Write the plan in one line, because it may have many points."""
     (folder / SWEEP).write_bytes(in_json(_plan(sweep) | {"completed": completed}))
 
 
@@ -218,7 +217,7 @@ def _plan(sweep: Sweep) -> dict[str, Any]:
 
 
 def _read_plan(folder: Path) -> dict[str, Any] | None:
-    """Read the plan in a folder, None if none is; refuse a damaged one, or of another version."""
+    """Read the plan in a folder; None if there is none. Refuse a damaged one or another version."""
     file = folder / SWEEP
     content = _content(file)
     if content is None:
@@ -235,7 +234,7 @@ def _read_plan(folder: Path) -> dict[str, Any] | None:
 
 
 def _content(file: Path) -> bytes | None:
-    """Read a file, None if there is none; refuse one that can't be read."""
+    """Read a file; None if there is none. Refuse an unreadable file."""
     check_readable(file)
     try:
         return file.read_bytes()
@@ -246,7 +245,7 @@ def _content(file: Path) -> bytes | None:
 
 
 def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
-    """Tell whether this sweep goes on in a folder, or begins there; refuse where neither may be."""
+    """Tell whether this sweep continues in a folder or begins there; refuse if neither may be."""
     plan, rows = _read_plan(folder), _content(folder / JOURNAL)
     if plan is None and rows is not None:
         raise StorageError(
@@ -268,7 +267,7 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
             forcible=True,
         )
     count = (rows or b"").count(b"\n")
-    if count and not resume:  # without rows there is nothing to lose
+    if count and not resume:  # without rows nothing can be lost
         raise StorageError(
             f"{folder} holds {count} of the {len(sweep)} rows of this very sweep; resume it, or "
             "force it, which begins anew",
@@ -278,7 +277,7 @@ def _goes_on(folder: Path, sweep: Sweep, *, resume: bool) -> bool:
 
 
 def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
-    """Say in what an earlier sweep differs: the first thing that does; empty if nothing does."""
+    """Name the first difference of an earlier sweep from this one; empty if there is none."""
     now = json.loads(in_json(_plan(sweep)))
     words = {
         "title": "of another model",
@@ -294,5 +293,5 @@ def _difference(plan: Mapping[str, Any], sweep: Sweep) -> str:
 
 
 def _has_series(folder: Path, row: Row) -> bool:
-    """Tell whether the run of a row is there whole; one that failed may have none."""
+    """Tell whether the run of a row is saved whole; a failed row may have no run."""
     return row.status == FAILED or (folder / SERIES / row.id).is_dir()
