@@ -1,11 +1,10 @@
-"""Two Results of one scene, side by side: deviations, strikes, and how far either can be judged.
+"""Two Results of one scene, side by side: deviations, strikes, and the horizon of both.
 
 Times are in s, lengths in m, angles in rad; N is the number of instants compared.
 
-Some motions are sensitive: runs of one engine that differ in nothing but their tolerance part
-visibly after some time, the horizon (see `Result.error`). Up to the earlier one of both runs these
-are compared instant by instant, beyond it by what does not depend on such details: means, scatter,
-extremes.
+Some motions are sensitive: runs of one engine with different tolerances part visibly after some
+time, the horizon (see `Result.error`). Two runs are compared instant by instant up to the earlier
+of their horizons. Beyond it only means, scatter and extremes are compared.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from exudyn_flexlink.result import ForceDeviation, Result, later
 from exudyn_flexlink.scene import Scene
 
 _OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
-_AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that
+_AT_REST = (".rest_angle", ".length")  # a run that continues another one takes them from it
 
 
 @dataclass(frozen=True)
