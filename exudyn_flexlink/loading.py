@@ -258,7 +258,7 @@ def _loop_of(scene: Scene, joint: str) -> list[str]:
 def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
     """A joint that can't close, or the given value that prevents this."""
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
-    within = "revolute" if error.kind == "slide" else error.kind  # inside a body
+    within = "revolute" if error.kind == "slide" else error.kind  # in a body
     message, hint = _OPEN[within if joint is None else joint.type]
     gap = [f"{error.gap:.3g} m"] if error.gap > INVISIBLE or error.turn <= INVISIBLE else []
     missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > INVISIBLE else [])]
@@ -340,7 +340,7 @@ def moving_drives(assembly: Assembly) -> list[Mistake]:
 
 
 def pressing_badly(scene: Scene, mechanism: Mechanism) -> list[Mistake]:
-    """Unknown names among the contacts that press as a scene continues a run."""
+    """Unknown names or pairs among the contacts that press as a scene continues a run."""
     counts = dict.fromkeys(mechanism.numbers, 1)
     counts |= {channel.name: len(channel.contacts) for channel in mechanism.channels}
     counts |= {groove.name: len(groove.contacts) for groove in mechanism.grooves}

@@ -152,7 +152,7 @@ class Lines(Quiet):
     def __call__(self, done: float) -> None:
         """Print the part that is done, 0 to 1, if a line is due."""
         now = time.monotonic() - self._began
-        # The time left, at the mean speed since the first part that was done.
+        # The time left, at the mean speed since the first call.
         since, before = self._first = self._first or (now, done)
         if now < self._next:
             return

@@ -139,7 +139,7 @@ def _to_next_sample(curve: Curve, u: float, down: int) -> float:
     return wrapped - float(grid[before]) if before >= 0 else aside
 
 
-# m; if typed decimals mean the same point of a curve, they differ by less than this.
+# m, and above 1 m a part of the size: typed decimals of the same point differ by less than this.
 POSITION_TOLERANCE = 1e-9
 DIRECTION_TOLERANCE = 1e-6
 # POSITION_TOLERANCE allows a gap where pieces meet, and a line could slip through it. So pieces

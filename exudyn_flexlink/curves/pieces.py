@@ -422,9 +422,9 @@ FEWEST_POINTS, MOST_POINTS = 4, 20_000
 STEPS_PER_SPAN = 4
 # With chord length as parameter |dP/du| is about 1; below this value there is a cusp.
 SLOWEST = 1e-3
-# Part of the mean of the two neighbouring chords: a shorter chord is no chord. An error across a
-# short chord turns the curve; nearby it is off by 0.2 / SHORT times that error (measured on
-# circles).
+# Part of the mean of the two neighbouring chords: a shorter chord is refused, or closes the curve.
+# An error across a short chord turns the curve; nearby the curve is off by 0.2 / SHORT times that
+# error (measured on circles).
 SHORT = 1e-2
 LIKE = 1.5  # greatest ratio of lengths of chords that count as alike
 

@@ -331,8 +331,8 @@ class _Search:
         """Run the scene with these numbers.
 
         Raises:
-            NoFitError: it stops before its end.
-            SceneError: the scene can't be with them.
+            NoFitError: the run stops before its end.
+            SceneError: the scene has mistakes with these numbers.
 
         """
         numbers = [(p.path, x) for p, x in zip(self._parameters, value.tolist(), strict=True)]

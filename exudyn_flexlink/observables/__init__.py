@@ -1,4 +1,4 @@
-"""Quantities of a Result: crank angle, path of a point, response of a struck body, strikes, touches.
+"""Quantities of a run: crank angle, path of a point, response of a struck body, touches, strikes.
 
 Pure numbers from a `Result`: no engine, no file. Times in s, lengths in m, angles in rad; N is the
 number of samples. If the scene lacks the point, the contact, the joint with walls, or a revolute
