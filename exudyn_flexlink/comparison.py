@@ -268,7 +268,7 @@ def _check_one_scene(first: Result, second: Result) -> None:
 
 
 def _meant(scene: Scene) -> dict[str, Any]:
-    """What a scene is, by path: without how it is solved, how long, and from what state."""
+    """Contents of a scene by path, without its solver, duration and start state."""
     data, meant = scene.to_data(), dict[str, Any]()
 
     def walk(value: Any, path: str) -> None:
@@ -304,7 +304,7 @@ def _seen(
 
 
 def _pairs(contact: str, first: Sequence[Strike], second: Sequence[Strike]) -> Iterator[StrikePair]:
-    """Pair strikes in order; one that a run misses shifts no other."""
+    """Pair strikes in order; a strike that only one run has does not shift the later pairs."""
     while first or second:
         strike = first[0] if first and not _unmatched(second, first) else None
         other = second[0] if second and not _unmatched(first, second) else None
@@ -315,7 +315,7 @@ def _pairs(contact: str, first: Sequence[Strike], second: Sequence[Strike]) -> I
 
 
 def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
-    """Whether the next of `earlier` has no partner in `later`, so that `later` has to wait."""
+    """Whether the first strike of `earlier` has no partner in `later`; then `later` waits."""
     if not earlier or not later or earlier[0].begin >= later[0].begin:
         return False
     apart = later[0].begin - earlier[0].begin

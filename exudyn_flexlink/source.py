@@ -334,7 +334,7 @@ class Document:
             place = first.get(path) or second.get(path)
             if place:
                 return place
-            first, second = self.key_places, self.places  # at the key of what encloses it
+            first, second = self.key_places, self.places  # then the enclosing key
         return None
 
     def setting_of(self, path: KeyPath) -> str | None:

@@ -35,7 +35,7 @@ class OverTime:
 
 @takes(time=instants)
 def at_instants(record: Record, time: ArrayLike) -> Record:
-    """Return a dataclass with `time` (N,) s with its arrays at instants (M,) s, or at one.
+    """Return a dataclass of samples at `time` (N,) s, interpolated at instants (M,) s, or at one.
 
     An array with known rates is interpolated by `between_samples`, others by `straight_between`.
     For a bound, the larger value of the two nearest samples is taken. Arrays without a time axis
