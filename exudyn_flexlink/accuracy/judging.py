@@ -125,7 +125,7 @@ class Point:
 
     @property
     def below_floor(self) -> bool:
-        """Whether the error is too small for the agreement of the references."""
+        """Whether the references differ too much to tell this error."""
         return self.claimed > self.errors.largest
 
     @property

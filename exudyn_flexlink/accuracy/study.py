@@ -6,8 +6,8 @@ whose last run was the cheapest makes the next of these. A run that takes more t
 left is stopped, and its method gets no finer setting.
 
 A method is an engine, its formulation, and the setting that is varied. Besides time steps, errors
-come from the number of rods and from contacts that give way. One of these is made finer: the motion
-of the judged points, extrapolated, is the error of the scene.
+come from the number of rods and from contacts that give way. The scene is made finer in one of
+these. The extrapolated shift of the judged points is the error of the scene.
 """
 
 from __future__ import annotations
@@ -293,7 +293,7 @@ class Varied:
 class Runs:
     """All that was run: `trials` of methods, `varied` in sources of error.
 
-    `left_out` has the reason of each run without an end: refused, failed, or too long.
+    `left_out` has the reason of each run that did not finish: refused, failed, or too long.
     """
 
     scene: Scene
