@@ -263,7 +263,7 @@ class Estimate:
 
     @cached_property
     def unknown(self) -> list[list[str]]:
-        """Groups of names: the data don't determine a combination of a group, or a single number."""
+        """Groups of names: the data don't determine a combination of each, or a single number."""
         unit = self.slopes / self._size
         values, columns = np.linalg.eigh(unit.T @ unit)
         lost = np.abs(columns.T[values < UNKNOWN_COMBINATION**2]) > TAKES_PART

@@ -38,7 +38,7 @@ def at_instants(record: Record, time: ArrayLike) -> Record:
     """Return a dataclass of samples at `time` (N,) s, interpolated at instants (M,) s, or at one.
 
     An array with known rates is interpolated by `between_samples`, others by `straight_between`.
-    For a bound, the larger value of the two nearest samples is taken. Arrays without a time axis
+    For a bound, the larger value of the samples on both sides is taken. Arrays without a time axis
     stay.
 
     Raises:
