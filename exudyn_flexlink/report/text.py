@@ -1,7 +1,7 @@
-"""Numbers and tables, independent of their output, and as plain text.
+"""Numbers and tables: apart from who shows them, and as plain text.
 
-Columns for many items of a kind are declared once. Tables of texts and pages, and documents in JSON
-and CSV files, are made of them.
+What is told of many things of a kind is declared once, as columns: tables of a text and of a page,
+documents in JSON and CSV files are made of these.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 Item = TypeVar("Item")
 
 WIDTH = 80  # columns of a terminal, and of a log file, as they usually are
-MOST_ROWS = 12  # of a table: more would scroll other text away
+MOST_ROWS = 12  # of a table: more than that scroll the rest away
 GAP = "  "  # before each column
 UNITS = "%|N m s/rad|N m/rad|N/m|N m|N s|m/s|rad/s|kg|Hz|deg|rad|[mNJsW]"
 QUANTITY = re.compile(rf"(?<=\d) ({UNITS})(?![\w/])|(?<=<) (?=\d)")
-JOINED = "\u00a0"  # a space at which no line is broken
+JOINED = "\u00a0"  # stands for a space where no line is broken
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class Table:
 class Column(Generic[Item]):
     """What is told of each item of a kind: in texts under a `head`, in files by a `key`.
 
-    `value` is a function of the item, or the name of an attribute, which may have dots. `cell`
-    formats the value; None leaves the cell empty. `unit` is the unit of all cells; the key ends in
-    the unit of the value. A column without a head is in no text, one without a key in no file.
+    `value` is what takes it out of an item, or the name of an attribute, which may have dots.
+    `cell` writes that; None leaves the cell empty. `unit` is that of all cells; the key ends in the
+    unit of the value. Without a head it is in no text, without a key in no file.
     """
 
     head: str | None
@@ -79,20 +79,20 @@ class Column(Generic[Item]):
         return value(item)
 
     def text(self, item: Item) -> str:
-        """Return the text of an item's cell."""
+        """Return the cell of an item."""
         value = self.of(item)
         return "" if value is None else self.cell(value)
 
 
 class Document(NamedTuple):
-    """Files of a study: a document in JSON, and columns of tables by file."""
+    """What files tell of a study: a document in JSON, and columns of tables by their files."""
 
     data: dict[str, Any]
     tables: Mapping[str, Mapping[str, NDArray[Any] | Sequence[Any]]]
 
 
 def entries(columns: Sequence[Column[Item]], item: Item) -> dict[str, Any]:
-    """Return the values of an item for files, by key."""
+    """Return what files tell of an item, by key."""
     return {column.key: column.of(item) for column in columns if column.key}
 
 
@@ -112,7 +112,7 @@ def left_out(count: int, most: int) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number with 4 digits; a whole number in full: 20000 reads better than 2e+04."""
+    """Return a number with 4 digits; whole ones in full, since 20000 reads better than 2e+04."""
     whole = abs(value) < 1e7 and value == round(value)
     return f"{value:.0f}" if whole else f"{value:.4g}"
 
@@ -160,7 +160,7 @@ def section(heading: str, rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _with_units(cells: Sequence[str], units: Sequence[str], between: str) -> list[str]:
-    """Cells with their units; an empty cell, or one without a unit, stays as it is."""
+    """Cells with their units; what is empty, or has no unit, stays as it is."""
     return [
         f"{cell}{between}{unit}" if cell and unit else cell
         for cell, unit in zip(cells, units, strict=True)
@@ -184,7 +184,7 @@ def _broken(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _widths(columns: list[list[str]]) -> list[int]:
-    """Widths of columns that fit into `WIDTH`, if possible, with the fewest additional lines."""
+    """Widths of columns that fit into `WIDTH`, if they can, with as few lines more as can be."""
     widths = [max(map(len, column)) for column in columns]
     while sum(widths) + len(GAP) * len(widths) > WIDTH:
         narrower = []
@@ -194,7 +194,7 @@ def _widths(columns: list[list[str]]) -> list[int]:
             if least < width:
                 more = sum(map(len, cells)) - sum(len(_wrapped(cell, width)) for cell in column)
                 narrower.append((more / (width - least), i, least))
-        if not narrower:  # no narrower column: words are never broken
+        if not narrower:  # words are never broken
             break
         _, i, widths[i] = min(narrower)
     return widths
