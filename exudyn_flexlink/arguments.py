@@ -1,7 +1,7 @@
 """What functions for Python take: each argument is checked as the call comes in.
 
-`takes` names a kind for each argument. A kind turns what was given into what the function works
-with, or refuses it: by a ValueError where it is of the right type, else by a TypeError.
+`takes` names a kind for each argument. A kind converts the given value for the function, or refuses
+it: by a ValueError if it has the right type, else by a TypeError.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ Kind = Callable[[Any, Any], Any]
 
 
 def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Made]]:
-    """Let a function refuse arguments that are not of their kinds: all such, by their names.
+    """Let a function refuse arguments that are not of their kinds; the error names all of them.
 
-    Flags, texts, paths and functions need no kind: their annotations say it. None is taken where it
-    is the default. Each of many arguments (``*names``) is checked.
+    Flags, texts, paths and functions need no kind: their annotations tell it. None is allowed if it
+    is the default. Of ``*names`` each argument is checked.
     """
 
     def checked(function: Callable[Given, Made]) -> Callable[Given, Made]:
@@ -50,7 +50,7 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
             try:
                 bound = known.bind(*args, **kwargs)
             except TypeError:
-                return function(*args, **kwargs)  # Python's own words: missing, or one too many
+                return function(*args, **kwargs)  # one is missing, or too many: Python says so
             owner, wrong = next(iter(bound.arguments.values()), None), list[Exception]()
             for name, value in bound.arguments.items():
                 parameter, kind = known.parameters[name], all_kinds.get(name)
@@ -75,7 +75,7 @@ def takes(**kinds: Kind) -> Callable[[Callable[Given, Made]], Callable[Given, Ma
 
 
 def excerpt(value: object) -> str:
-    """Write what was given as messages show it: short, and in Python's words."""
+    """Write a given value for messages: short, and in Python's notation."""
     if isinstance(value, type):
         return f"the class {value.__name__}"
     if isinstance(value, int) and abs(value) > 10**LONGEST_TEXT:
@@ -137,7 +137,7 @@ def number(
 
 
 def instants(value: Any, _: Any = None) -> FloatArray:
-    """Take an instant in s, or an array (N,) of such; whether a run has them is not known here."""
+    """Take an instant in s, or an array (N,) of instants; they may lie outside a run."""
     if isinstance(value, str):
         return np.array(number(Dimension.TIME)(value, None))
     wrong = f"expected instants in s, a number or an array (N,), got {excerpt(value)}"
@@ -212,7 +212,7 @@ def flag(value: Any, _: Any = None) -> bool:
 
 
 def function(value: Any, _: Any = None) -> Any:
-    """Take a function, or what can be called like one."""
+    """Take a function, or another callable."""
     if not callable(value) or isinstance(value, type):
         raise TypeError(f"expected a function, got {excerpt(value)}")
     return value
@@ -275,7 +275,7 @@ def measured(value: Any, _: Any = None) -> Any:
             else:
                 numbers = np.asarray(column)
                 if np.ma.is_masked(column):
-                    numbers = column.astype(float).filled(np.nan)  # which is refused with its row
+                    numbers = column.astype(float).filled(np.nan)  # refused with its row
                 numbers = np.atleast_1d(numbers.squeeze()) if 1 in numbers.shape else numbers
         except (AttributeError, TypeError, ValueError):
             raise TypeError(wrong) from None
@@ -288,7 +288,7 @@ def measured(value: Any, _: Any = None) -> Any:
 
 
 def values(value: Any, _: Any = None) -> list[Any]:
-    """Take some values: a sequence, an array, or what gives one after the other."""
+    """Take some values: a sequence, an array, or an iterable."""
     if isinstance(value, str | bytes | bytearray | memoryview | Mapping) or not isinstance(
         value, Iterable
     ):

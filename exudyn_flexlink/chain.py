@@ -15,7 +15,7 @@ import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
 
-PRODUCTS = 20  # each reduces the error of a frequency to less than a tenth
+PRODUCTS = 20  # number of products; each reduces the error of a frequency to less than a tenth
 BESIDE = 4  # vectors in addition to twice the number of frequencies
 Layout = Literal["equal", "half_ends"]
 StiffnessRule = Literal["paper", "beam"]
@@ -83,7 +83,7 @@ class Chain:
         return np.asarray(1 / np.sqrt(values[::-1][:count]))
 
     def _mass_of_bent(self, bends: FloatArray) -> FloatArray:
-        """Mass matrix of the straight, clamped chain by hinge angles, times (hinges, columns).
+        """Mass matrix of the straight, clamped chain, by hinge angles, times (hinges, columns).
 
         Running sums along the chain are faster than the matrix of a long chain.
         """

@@ -1,11 +1,10 @@
-"""Two Results of one scene, side by side: deviations, strikes, and how far either can be judged.
+"""Two Results of one scene, side by side: deviations, strikes, and the horizon of both.
 
 Times are in s, lengths in m, angles in rad; N is the number of instants compared.
 
-Some motions are sensitive: runs of one engine that differ in nothing but their tolerance part
-visibly after some time, the horizon (see `Result.error`). Up to the earlier one of both runs these
-are compared instant by instant, beyond it by what does not depend on such details: means, scatter,
-extremes.
+Some motions are sensitive: runs of one engine with different tolerances part visibly after some
+time, the horizon (see `Result.error`). Two runs are compared instant by instant up to the earlier
+of their horizons. Beyond it only means, scatter and extremes are compared.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from exudyn_flexlink.result import ForceDeviation, Result, later
 from exudyn_flexlink.scene import Scene
 
 _OF_A_SCENE = ("curves", "bodies", "joints", "springs", "drives", "contacts", "gravity")
-_AT_REST = (".rest_angle", ".length")  # which a run that goes on from another has from that
+_AT_REST = (".rest_angle", ".length")  # a run that continues another one takes them from it
 
 
 @dataclass(frozen=True)
@@ -269,7 +268,7 @@ def _check_one_scene(first: Result, second: Result) -> None:
 
 
 def _meant(scene: Scene) -> dict[str, Any]:
-    """What a scene is, by path: without how it is solved, how long, and from what state."""
+    """Contents of a scene by path, without its solver, duration and start state."""
     data, meant = scene.to_data(), dict[str, Any]()
 
     def walk(value: Any, path: str) -> None:
@@ -305,7 +304,7 @@ def _seen(
 
 
 def _pairs(contact: str, first: Sequence[Strike], second: Sequence[Strike]) -> Iterator[StrikePair]:
-    """Pair strikes in order; one that a run misses shifts no other."""
+    """Pair strikes in order; a strike that only one run has does not shift the later pairs."""
     while first or second:
         strike = first[0] if first and not _unmatched(second, first) else None
         other = second[0] if second and not _unmatched(first, second) else None
@@ -316,7 +315,7 @@ def _pairs(contact: str, first: Sequence[Strike], second: Sequence[Strike]) -> I
 
 
 def _unmatched(earlier: Sequence[Strike], later: Sequence[Strike]) -> bool:
-    """Whether the next of `earlier` has no partner in `later`, so that `later` has to wait."""
+    """Whether the first strike of `earlier` has no partner in `later`; then `later` waits."""
     if not earlier or not later or earlier[0].begin >= later[0].begin:
         return False
     apart = later[0].begin - earlier[0].begin

@@ -1,4 +1,4 @@
-"""What a scene asks for, changed: a scene in, a checked scene out."""
+"""Scenes without some effects, or with other impacts: a scene in, a checked scene out."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _ideal(joint: specs.Joint) -> specs.Joint:
 
 
 def _rigid(body: specs.Body) -> specs.Body:
-    """What a rod has, a flexible body has, too."""
+    """Return a rod for a flexible body, with the fields that both have."""
     if not isinstance(body, specs.FlexibleBody):
         return body
     given = {key: getattr(body, key) for key in specs.RodBody.model_fields if key != "type"}
@@ -128,7 +128,7 @@ def _lossless(spring: specs.Spring) -> specs.Spring:
 
 
 def _without_impact(scene: Scene) -> dict[str, Any]:
-    """Take contacts out, and the bodies that only they reach, with what holds those."""
+    """Remove contacts, bodies that exist only to be struck, and the joints and springs of these."""
     gone = _only_struck(scene)
     bodies = {name: body for name, body in scene.bodies.items() if name not in gone}
     kept = {n: j for n, j in scene.joints.items() if not gone & set(j.bodies)}
@@ -153,7 +153,7 @@ def _without_impact(scene: Scene) -> dict[str, Any]:
 def _stages_without_impact(
     stages: Iterable[specs.Stage], left: Mapping[str, Mapping[str, Any]]
 ) -> Iterator[specs.Stage]:
-    """Stages that add no contact and no limits, and change only what is `left`, by section."""
+    """Stages without added contacts or limits that change only parts `left`, by section."""
     known = {f"{section}.{name}" for section, parts in left.items() for name in parts}
     for stage in stages:
         joints = _changed(stage.add.joints, lambda joint: _limited(joint, None))
@@ -172,7 +172,7 @@ def _stages_without_impact(
 def _initial_of(
     initial: specs.Initial, bodies: Mapping[str, specs.Body], joints: Mapping[str, specs.Joint]
 ) -> specs.Initial:
-    """Keep the initial values of what is there; a body and a joint may have one name."""
+    """Keep the initial values of remaining parts; a body and a joint may have the same name."""
     kept: dict[str, Any] = dict(initial)
     for key, value in initial:
         if isinstance(value, Mapping):
@@ -182,7 +182,7 @@ def _initial_of(
 
 
 def _holds(spring: specs.Spring, joints: Mapping[str, Any], gone: set[str]) -> bool:
-    """Tell whether what a spring acts on is still there."""
+    """Tell whether the joints and bodies of a spring remain."""
     if isinstance(spring, specs.LinearSpring) and spring.points is not None:
         return not gone & {specs.split_point(text)[0] for text in spring.points}
     if isinstance(spring, specs.RopeSpring):
@@ -192,10 +192,9 @@ def _holds(spring: specs.Spring, joints: Mapping[str, Any], gone: set[str]) -> b
 
 
 def _only_struck(scene: Scene) -> set[str]:
-    """Bodies that are there to be struck: on the ground alone, and nothing else needs them.
+    """Bodies that exist only to be struck: only the ground holds them, and nothing else needs them.
 
-    The body whose point strikes is the subject of the contact: it stays. So does everything where
-    nothing else would be left.
+    The striking body stays. If no body would be left, all stay.
     """
     struck = {contact.struck for contact in scene.contacts.values()}
     gone = {body for body in struck if body and _hangs_on_the_ground_alone(scene, body)}
@@ -205,8 +204,8 @@ def _only_struck(scene: Scene) -> set[str]:
 def _hangs_on_the_ground_alone(scene: Scene, body: str) -> bool:
     """Tell whether nothing else needs a body.
 
-    That is: no other body, slot or spring between bodies, no drive, no end of the run, and nobody
-    watches it.
+    It has no joint, slot or spring to another body, no drive, does not end the run, and is not
+    watched.
     """
     mine = {name for name, joint in scene.joints.items() if body in joint.bodies}
     slots = {joint.curve for joint in scene.joints.values() if isinstance(joint, specs.SlotJoint)}
@@ -266,7 +265,7 @@ def _striking(contact: Any) -> Any:
 
 
 def _stopping(joint: specs.Joint) -> specs.Joint:
-    """Return a joint whose limits, or flanks, act by impulses, if it has some."""
+    """Return a joint whose limits or flanks, if any, act by impulses."""
     part = joint if isinstance(joint, specs.GearJoint) else getattr(joint, "limits", None)
     law = getattr(part, "law", None)
     return joint if law is None else _limited(joint, specs.ImpulseLaw(restitution=_returned(law)))
@@ -297,7 +296,7 @@ def _limited(joint: specs.Joint, law: specs.ImpulseLaw | None) -> specs.Joint:
 
 
 def _jumping(law: specs.Law) -> specs.RubbingImpulse:
-    """Return an impulse with restitution and friction of a law; what is one stays as it is."""
+    """Return an impulse with the restitution and friction of a law; an impulse stays as it is."""
     if isinstance(law, specs.RubbingImpulse):
         return law
     return specs.RubbingImpulse(
@@ -306,12 +305,12 @@ def _jumping(law: specs.Law) -> specs.RubbingImpulse:
 
 
 def _returned(law: specs.Law | specs.StopLaw) -> float | None:
-    """Restitution that a law really gives, if it promises one."""
+    """Actual restitution of a law, if it has one."""
     return law.returned if isinstance(law, specs.DampedLaw) else law.restitution
 
 
 def _refuse(scene: Scene, contacts: Iterable[str], message: str, hint: str) -> None:
-    """Refuse the laws of some contacts, if there are any; both stops of a joint have one."""
+    """Refuse the laws of some contacts, if any; both stops of a joint share one law."""
     paths = dict.fromkeys(scene.law_path(name) for name in contacts)
     if paths:
         raise SceneError(scene.document, [Mistake(path, message, hint) for path in paths])

@@ -1,7 +1,8 @@
-"""Model file to scene: read, checked in every part, and able to be put together.
+"""Model file to scene: read, checked in every part, and assembled at time 0.
 
-Mistakes are told in the words of the model file: of joints whose forces have no answer or more than
-one, as by friction, gears, and joints that hold twice; and of what can't be assembled at time 0.
+Mistakes use the words of the model file. Some concern joints whose forces are not determined, for
+example with friction, gears or redundant joints. Others concern scenes that can't be assembled at
+time 0.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ from exudyn_flexlink.source import (
 
 
 def rubbing_badly(assembly: Assembly) -> list[Mistake]:
-    """Friction in joints that has no answer, or that goes with nothing else in the scene."""
+    """Friction in joints that is not determined, or that the rest of the scene does not allow."""
     mechanism, notes = assembly.mechanism, []
     shared = shared_forces(assembly) if mechanism.frictions else set()
     for friction in mechanism.frictions:
@@ -97,7 +98,7 @@ def rubbing_badly(assembly: Assembly) -> list[Mistake]:
 
 
 def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """Racks whose slide minimal coordinates do not have."""
+    """Racks whose slide is not a minimal coordinate."""
     mechanism = assembly.mechanism
     slides = {
         tie.slide.name: gear.name for gear in mechanism.all_gears for tie in gear.ties if tie.slide
@@ -115,7 +116,7 @@ def geared_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
 
 
 def ended_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """An `until` by forces that the motion does not tell, or one that is not below 0 at time 0."""
+    """An `until` with forces that motion does not determine, or not below 0 at time 0."""
     mechanism, (path, _) = assembly.mechanism, scene.ending
     until = mechanism.until
     if until is None:
@@ -129,7 +130,7 @@ def ended_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
             message = f"the force in '{sense.joint}' is not known: other joints hold the same"
             return [Mistake(path, message, "take one of them away, or name another joint")]
     if until.by_forces or scene.initial.states:
-        return []  # known as the run is prepared; or it counts once it has been below 0
+        return []  # the run's preparation checks it; or it counts after it was below 0
     try:
         values = [np.array([sensed(sense, motion.q, motion.v)]) for sense in senses]
         return until_mistakes(until, values, path)
@@ -138,10 +139,10 @@ def ended_badly(scene: Scene, assembly: Assembly) -> list[Mistake]:
 
 
 def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """Joints and drives that hold what others hold already: forces in them have no one answer.
+    """Redundant joints and drives, whose forces are not determined.
 
-    Minimal coordinates leave joints out that others imply always; not those of a structure that
-    nothing can move, nor drives.
+    Minimal coordinates leave out joints that others always imply. They do not leave out drives, or
+    joints of a structure that nothing can move.
     """
     moves = assembly.degrees_of_freedom > 0 or assembly.mechanism.speed_motors
     may = assembly.surplus and moves and not set(scene.drives) & set(assembly.surplus)
@@ -163,8 +164,8 @@ def redundancies(scene: Scene, assembly: Assembly) -> list[Mistake]:
 
 
 NO_START = (NoValueError, CannotAssembleError, CannotMoveError, NoRestError)
-"""What keeps a mechanism from being put together, or from its rest."""
-TYPED_ROUNDED = 1e-4  # m: so deep may be a place on a face that was typed with few digits
+"""Errors if a mechanism can't be assembled, or has no rest."""
+TYPED_ROUNDED = 1e-4  # m: penetration of a place on a face that was typed with few digits
 
 _OPEN = {
     "slot": (
@@ -204,18 +205,18 @@ _OPEN = {
         "check the angles of guide and link under 'initial: angles'",
     ),
 }
-"""What a kind of joint can't do, in the reader's words, and what to do about it."""
+"""Why a kind of joint does not close, in the user's words, and a hint."""
 _ELSEWHERE: dict[str, tuple[str, ...]] = {
     "position": ("initial", "positions"),
     "along": ("initial", "along"),
     "drive": ("drives",),
     "slide drive": ("drives",),
 }
-"""Where in the file those stand that are no joints."""
+"""Paths in the file of things that are not joints."""
 
 
 def start_mistake(scene: Scene, error: Exception) -> Mistake:
-    """Say one of `NO_START` in the words of the model file."""
+    """Return one of the errors `NO_START` in the words of the model file."""
     if isinstance(error, CannotAssembleError):
         return _open_mistake(scene, error)
     if isinstance(error, CannotMoveError):
@@ -227,7 +228,7 @@ def start_mistake(scene: Scene, error: Exception) -> Mistake:
 
 
 def path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
-    """Place in the file of a joint, or of the flexible body within which it is."""
+    """Path in the file of a joint, or of the flexible body that contains it."""
     if joint in scene.joints:
         return ("joints", joint)
     body = re.split(" (?:hinge|stretch) ", joint, maxsplit=1)[0]
@@ -235,7 +236,7 @@ def path_of(scene: Scene, joint: str) -> tuple[str | int, ...]:
 
 
 def _loop_of(scene: Scene, joint: str) -> list[str]:
-    """Names of the joints that connect a joint's two bodies without it, by the shortest way."""
+    """Names of the joints on the shortest other way between a joint's two bodies."""
     bodies = {
         name: (*joint.bodies, GROUND)[:2] for name, joint in scene.joints.items() if joint.bodies
     }
@@ -255,9 +256,9 @@ def _loop_of(scene: Scene, joint: str) -> list[str]:
 
 
 def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
-    """A joint that can't close, or what is given that keeps it from closing."""
+    """A joint that can't close, or the given value that prevents this."""
     joint = None if error.kind in _ELSEWHERE else scene.joints.get(error.joint)
-    within = "revolute" if error.kind == "slide" else error.kind  # a body's hinge, or its stretch
+    within = "revolute" if error.kind == "slide" else error.kind  # in a body
     message, hint = _OPEN[within if joint is None else joint.type]
     gap = [f"{error.gap:.3g} m"] if error.gap > INVISIBLE or error.turn <= INVISIBLE else []
     missing = [*gap, *([f"{degrees(error.turn):.3g} deg"] if error.turn > INVISIBLE else [])]
@@ -276,7 +277,7 @@ def _open_mistake(scene: Scene, error: CannotAssembleError) -> Mistake:
 
 
 def _value_mistake(scene: Scene, error: NoValueError) -> Mistake:
-    """Name the drive or the spring whose expression, or table, has no value at the start."""
+    """Name the drive or spring whose expression or table has no value at the start."""
     path: tuple[str | int, ...] = ("drives",)
     for name, drive in scene.drives.items():
         values = drive.value if isinstance(drive.value, tuple) else (drive.value,)
@@ -291,7 +292,7 @@ def _value_mistake(scene: Scene, error: NoValueError) -> Mistake:
 
 
 def _speed_mistake(error: CannotMoveError) -> Mistake:
-    """A drive or a speed at the start that joints, or others before it, do not allow."""
+    """A drive or a start speed that joints, or earlier drives and speeds, do not allow."""
     if error.path[0] == "drives":
         return Mistake(
             error.path,
@@ -321,7 +322,7 @@ def _rest_mistake(scene: Scene, error: NoRestError) -> Mistake:
 
 
 def moving_drives(assembly: Assembly) -> list[Mistake]:
-    """Drives that move as a run starts that should start at rest."""
+    """Drives with a speed at time 0 in a run that should start at rest."""
     about = "moves at {:.4g} {} at first, so that nothing can start at rest"
     hint = "give it a 'ramp', or a formula that begins with speed 0"
     winches = [
@@ -339,7 +340,7 @@ def moving_drives(assembly: Assembly) -> list[Mistake]:
 
 
 def pressing_badly(scene: Scene, mechanism: Mechanism) -> list[Mistake]:
-    """What a scene says that presses as it goes on, and that is not there."""
+    """Unknown names or pairs among the contacts that press as a scene continues a run."""
     counts = dict.fromkeys(mechanism.numbers, 1)
     counts |= {channel.name: len(channel.contacts) for channel in mechanism.channels}
     counts |= {groove.name: len(groove.contacts) for groove in mechanism.grooves}
@@ -355,11 +356,11 @@ def pressing_badly(scene: Scene, mechanism: Mechanism) -> list[Mistake]:
 
 
 def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
-    """Contacts, bearings and slots that start pressed: a start that no step size can mend.
+    """Contacts, bearings and slots that start pressed: no step size can correct this.
 
-    What starts `resting` may press; tables of forces still end. What goes on from another run and
-    does not press has come behind its face round an end of that, as all but redundant coordinates
-    know.
+    At rest (`resting`) contacts may press, but not beyond their tables of forces. If a run
+    continues another one, a point behind its face that does not press has gone around an end of the
+    face; only redundant coordinates do not know this.
     """
     notes = [] if resting else list(_beyond_stops(scene, assembly))
     state, pressing = assembly.state, scene.initial.pressing
@@ -374,7 +375,7 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
                 notes.append(Mistake(path, f"{message}{depth:.3g} m", hint))
             continue
         look = approach(contact, state.q, state.v)
-        # Farther behind than the face is long, it is beside it and may come round its end.
+        # A point deeper than the face's length is beside the face, and may come around its end.
         if pressed_at(contact, look) and not resting and not goes_on:
             depth = -float(look.gap)
             message = f"starts with a penetration of {depth:.3g} m"
@@ -412,7 +413,7 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
 
 
 def _apart(contact: Contact, depth: float) -> str:
-    """What to do about a contact that starts pressed."""
+    """Hint for a contact that starts pressed."""
     what = "line" if isinstance(contact, (FaceContact, FlatContact)) else "curve"
     other, away = f"choose the other 'side' of the {what}", "out"
     if isinstance(contact, CircleContact):
@@ -474,15 +475,15 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
     return notes
 
 
-MOST_MEMORY = 4_000_000_000  # bytes that samples may take: what is left on a computer with 8 GB
+MOST_MEMORY = 4_000_000_000  # bytes for samples: half the memory of a computer with 8 GB
 WIDTH = 100  # columns of a model file that is written
-SHORTEST_RUN = 1e-9  # s: ten thousand times what the numerical methods tell apart
+SHORTEST_RUN = 1e-9  # s: ten thousand times the time resolution of the numerical methods
 
 
 def load_scene(
     path: str | Path, settings: Iterable[Setting] = (), allow_outside: bool = False
 ) -> Scene:
-    """Read a model file and check it whole.
+    """Read a model file and check all of it.
 
     `settings` such as ``"run.turns=2"`` replace values of the file. `allow_outside` lets CSV files
     lie outside the model's folder.
@@ -495,10 +496,10 @@ def load_scene(
 
 
 def require_length(name: str, length: float | None, scene: Scene) -> None:
-    """Refuse a length, such as an error that is allowed, that no two runs of a scene can keep.
+    """Refuse a length, such as an allowed error, that runs of a scene can't keep.
 
     Raises:
-        ImpossibleLengthError: rounding is larger, or the mechanism smaller.
+        ImpossibleLengthError: rounding is larger than it, or the mechanism is smaller than it.
 
     """
     assembly = assemble_scene(scene)
@@ -514,7 +515,7 @@ def require_length(name: str, length: float | None, scene: Scene) -> None:
 
 
 class ImpossibleLengthError(ValueError):
-    """A length asked for beside the scene can't be kept; the text says which, and what can."""
+    """A length given outside the scene can't be kept; the text says which, and what is possible."""
 
 
 def scene_of(
@@ -532,9 +533,10 @@ def scene_of(
 
 
 def document_of(scene: Scene) -> Document:
-    """Return the document that says what a scene is.
+    """Return the document of a scene.
 
-    That which it was read from, where its places are known; of one changed since, its own data.
+    If the scene is as it was read, this is its file, with known places; if it was changed since,
+    the document holds its data.
     """
     document = scene.document
     if document.data and scene_of(document, (), True) == scene:
@@ -551,23 +553,23 @@ def yaml_of(scene: Scene) -> str:
 
 
 def document_of_data(data: Mapping[str, Any], name: str) -> Document:
-    """Return plain data as a document called `name`; files that it names are looked for here.
+    """Return plain data as a document called `name`; its files are read from the current folder.
 
     Raises:
-        SceneError: it is no mapping of sections.
-        TypeError: it holds what no model can.
+        SceneError: the data are not a mapping of sections.
+        TypeError: the data hold an object that no model can.
 
     """
     text = json.dumps(data, indent=2, ensure_ascii=False, default=plain_data)
     read = parse_document(text, name, Path.cwd())
-    return replace(read, data=json.loads(text))  # YAML tells places; to it a line may end at \x85
+    return replace(read, data=json.loads(text))  # YAML gives places, but ends lines at \x85, too
 
 
 def plain_data(value: Any) -> Any:
-    """Turn what JSON does not know into what it does: numpy's numbers and arrays, paths.
+    """Turn numpy's numbers and arrays, and paths, into types of JSON.
 
     Raises:
-        TypeError: it is none of these.
+        TypeError: the value is none of these.
 
     """
     if isinstance(value, Mapping):
@@ -581,13 +583,13 @@ def plain_data(value: Any) -> Any:
 
 @once_for_each
 def assemble_scene(scene: Scene) -> Assembly:
-    """Put the scene's mechanism together at time 0, or where it is at rest.
+    """Assemble the scene's mechanism at time 0, or at its rest.
 
-    Once for each scene: both are frozen, and a scene that was loaded has been put together already.
+    This is done once for each scene: both are frozen, and loading a scene has assembled it already.
 
     Raises:
-        SceneError: a curve can't be, joints can't close, speeds contradict joints, a contact
-            starts with penetration, or a link outside its guide; or there is no rest.
+        SceneError: a curve is impossible, joints can't close, speeds contradict joints, a contact
+            starts with penetration, or a link starts outside its guide; or there is no rest.
 
     """
     resting = scene.initial.at_rest
@@ -601,10 +603,10 @@ def assemble_scene(scene: Scene) -> Assembly:
 
 @once_for_each
 def rest_of_scene(scene: Scene) -> Rest:
-    """Find where all forces balance, from the start on, while drives hold what they have then.
+    """Find the state where all forces balance, near the start; drives hold their start values.
 
     Raises:
-        SceneError: as of `assemble_scene`; or nothing balances.
+        SceneError: see `assemble_scene`; or no state balances.
 
     """
     assembly = put_together(scene)
@@ -619,7 +621,7 @@ def rest_of_scene(scene: Scene) -> Rest:
 
 
 def put_together(scene: Scene) -> Assembly:
-    """As `assemble_scene` from the start, whatever presses or is outside its guide then."""
+    """Like `assemble_scene` at the start, but contacts may press and links be outside guides."""
     scene = first_stage(scene)
     try:
         mechanism = build_mechanism(scene)
@@ -632,7 +634,7 @@ def put_together(scene: Scene) -> Assembly:
 
 
 def _start_mistakes(scene: Scene, assembly: Assembly, resting: bool = False) -> list[Mistake]:
-    """What can't be at time 0; where it is `resting`, contacts may press."""
+    """Mistakes of the state at time 0; if `resting`, contacts may press."""
     return [
         *pressing_badly(scene, assembly.mechanism),
         *penetrations(scene, assembly, resting),
@@ -647,10 +649,10 @@ def _start_mistakes(scene: Scene, assembly: Assembly, resting: bool = False) -> 
 
 
 def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:
-    """Other ways in which the joints close at time 0, found by a few searches.
+    """Other ways to close the joints at time 0, found by a few searches.
 
-    Each is the angle (rad) of every body, of a flexible one that of its first rod. A scene that
-    gives all states means this one way.
+    Each has the angle (rad) of every body; for a flexible body that of its first rod. There are
+    none if the scene gives all states.
     """
     if scene.initial.states:
         return []
@@ -661,10 +663,10 @@ def other_ways(scene: Scene, assembly: Assembly) -> list[dict[str, float]]:
 
 
 def run_mistakes(scene: Scene) -> list[Mistake]:
-    """Return what keeps a run from being made: it ends at once, or samples don't fit into memory.
+    """Return mistakes that prevent a run: it ends at once, or samples don't fit into memory.
 
     Raises:
-        SceneError: the scene can't be put together.
+        SceneError: the scene can't be assembled.
 
     """
     mechanism = assemble_scene(scene).mechanism
@@ -688,7 +690,7 @@ def run_mistakes(scene: Scene) -> list[Mistake]:
 
 
 def _tolerance_mistakes(scene: Scene, assembly: Assembly) -> list[Mistake]:
-    """A tolerance that no run can keep, or a step that no clock shows: numbers are rounded."""
+    """A tolerance, or a step, that is too small for rounded numbers."""
     least, asked = least_tolerance(assembly), scene.accuracy.tolerance
     if asked is None:
         end, step = end_of_run(scene, assembly.mechanism), scene.accuracy.step or inf
@@ -727,7 +729,7 @@ def _states(scene: Scene, mechanism: Mechanism) -> FloatArray | None:
     """Coordinates and velocities (parts, 6) of all parts, if the scene gives them.
 
     Raises:
-        SceneError: a body has more parts, or less, than are given.
+        SceneError: a body has more or fewer parts than the scene gives.
 
     """
     given = scene.initial.states

@@ -14,7 +14,7 @@ _KEPT: dict[int, dict[Callable[..., Any], Any]] = {}  # what functions returned,
 
 
 def once_for_each(function: Callable[[Owner], Value]) -> Callable[[Owner], Value]:
-    """Let a function run once for each object, which its identity tells; errors are not kept.
+    """Let a function run once for each object, by its identity; errors are not kept.
 
     What the function returns must not refer to the object: that would keep the object alive.
     """
@@ -30,7 +30,7 @@ def once_for_each(function: Callable[[Owner], Value]) -> Callable[[Owner], Value
 
 
 def hand_on(known: Owner, equal: Owner) -> None:
-    """Let what was computed for an object hold for another that is equal."""
+    """Let results that were computed for an object hold for an equal object."""
     _kept_of(equal).update(_kept_of(known))
 
 

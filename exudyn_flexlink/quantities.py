@@ -1,8 +1,7 @@
 """Numbers, and strings with a unit, to SI floats; pydantic types for every dimension of a scene.
 
-Dimensions of what a scene gives, and the units in which they may be written.
-
-A unit is a product of powers of symbols, some of which may have a prefix.
+Dimensions of a scene's numbers, and their units. A unit is a product of powers of symbols; some
+symbols may have a prefix.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ _DIGITS = 9  # of powers: 1 - 1.1 is -0.1
 
 
 class Measure:
-    """What a number measures: its name, its SI unit in words, an example, its powers."""
+    """A measured quantity: its name, its SI unit in words, an example, its powers."""
 
     def __init__(self, words: str, si: str, example: str, powers: Powers) -> None:
         self.words = words
@@ -45,7 +44,7 @@ class Measure:
 
     @staticmethod
     def stiffness(exponent: float) -> Measure:
-        """Return what K of a force K d^exponent measures."""
+        """Return the measure of K in a force K d^exponent."""
         si = f"N/m^{exponent:g}"
         powers = Powers(m=round(1 - exponent, _DIGITS), kg=1, s=-2)
         return Measure(f"a stiffness of exponent {exponent:g}", si, f"1e7 {si}", powers)
@@ -56,7 +55,7 @@ class Measure:
         return f"a number in {self.si}, or {self.words} such as '{self.example}'" if self.si else ""
 
     def accepts(self, powers: Powers) -> bool:
-        """Whether a unit of these powers measures this; torsion may be given without its '/rad'."""
+        """Whether a unit of these powers fits; torsion may be given without its '/rad'."""
         without_rad = self.powers._replace(rad=0)
         return powers == self.powers or (self.powers.rad < 0 and powers == without_rad)
 
@@ -104,9 +103,9 @@ class Unit(NamedTuple):
 
 
 class Symbol(NamedTuple):
-    """A unit that has a name of its own: `factor` times 10^`tens` in SI.
+    """A unit with its own name: `factor` times 10^`tens` in SI.
 
-    `prefixes` are those with which engineers write it: others are slips, such as 'Mm' for 'mm'.
+    `prefixes` are those that engineers use with it; others are slips, such as 'Mm' for 'mm'.
     """
 
     powers: Powers
@@ -165,7 +164,7 @@ USUAL = (
     *("m/s", "cm/s", "mm/s", "m/s^2", "mm/s^2"),
     *("kg m^2", "g m^2", "g cm^2", "kg mm^2", "m^2", "cm^2", "mm^2", "m^4", "cm^4", "mm^4"),
 )
-"""Units as the documentation lists them, and hints suggest them."""
+"""Units in the lists of the documentation and in hints."""
 
 SPELLINGS = {
     r"RPM|[Uu]pm|UPM": "rpm",
@@ -180,7 +179,7 @@ SPELLINGS = {
     r"seconds?|secs?": "s",
     r"lbs": "lb",
 }
-"""Units as people write them, where that means one thing; files of numbers have the same."""
+"""Other spellings of units that have one meaning, also in files of numbers."""
 DOTS = "·\N{DOT OPERATOR}\N{MULTIPLICATION SIGN}"  # between factors of a product
 RAISED = "⁻⁰¹²³⁴"  # in exponents
 _SIGNS = str.maketrans(f"{DOTS}µμ\N{MINUS SIGN}{RAISED}", "***uu--01234")
@@ -206,12 +205,12 @@ def usual_units(dimension: Measure) -> list[str]:
 def find_unit(text: str, wanted: Measure) -> Unit:
     """Look a unit up: products may be written 'N m', 'N*m', 'N·m', and 'Nm' is one of them.
 
-    Read from left to right, so that 'N/m s' is 'N s/m'. It may be of another dimension than what
-    is `wanted`. '1/min' is 'rpm' where an angular speed is.
+    The text is read from left to right, so 'N/m s' is 'N s/m'. The unit may have another dimension
+    than `wanted`. '1/min' is 'rpm' if an angular speed is wanted.
 
     Raises:
-        AmbiguousUnitError: it is 'grad', or '1/min' where any number is wanted.
-        UnknownUnitError: there is no such unit; the message names one wanted that resembles it.
+        AmbiguousUnitError: the unit is 'grad', or '1/min' where any number is wanted.
+        UnknownUnitError: there is no such unit; the message names a similar wanted one.
 
     """
     name = text
@@ -221,7 +220,7 @@ def find_unit(text: str, wanted: Measure) -> Unit:
     name = re.sub(r"^\s*/", "1/", name.replace("**", "^").replace("°", "deg"))  # '3000/min'
     name = re.sub(r"[\s*]+", " ", re.sub(r"\s*([/^])\s*", r"\1", name)).strip()
     name = _NEWTON_METRES.sub(r"\1 \2 \3", name).replace(" /", "/").strip()
-    per_minute = name in {"1/min", "min^-1"}  # turns, as DIN 1301 has it, or a frequency
+    per_minute = name in {"1/min", "min^-1"}  # turns, by DIN 1301, or a frequency
     if per_minute and wanted is Dimension.NUMBER:
         raise AmbiguousUnitError(f"'{name}' may be a speed or a frequency: write rpm or 1/s")
     if re.search(r"\bgrad\b", name.lower()):
@@ -243,7 +242,7 @@ def _unit(name: str) -> Unit:
     unit = _product(tokens)
     if tokens or abs(unit.tens) > MOST_TENS:
         raise UnknownUnitError
-    # A power of ten below 1 is no float, its reciprocal is: so a millimetre is 0.001 to the bit.
+    # No power of ten below 1 is exactly a float, but its reciprocal is: so 1 mm is exactly 0.001.
     scale = 10.0 ** abs(unit.tens)
     factor = unit.factor / scale if unit.tens < 0 else unit.factor * scale
     if not 0 < factor < math.inf:
@@ -293,7 +292,7 @@ def _symbol(name: str) -> Symbol:
 
 LONGEST_TEXT = 60
 LARGEST, SMALLEST = 1e20, 1e-30
-"""Limits of what is read, in SI: products of some such numbers (E b h^3 / l) are still numbers."""
+"""Limits of numbers, in SI: products of several of them (E b h^3 / l) must not overflow."""
 WEIGHTLESS = "what shall hardly weigh anything has a thousandth of what it moves"
 NUMBER = rf"[-+{MINUS}]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+{MINUS}]?[0-9]+)?(?![0-9])"
 UNIT = rf"(?:/ ?(?=[A-Za-z])|[A-Za-zµμΩ°1])[A-Za-z0-9µμΩ°*{DOTS}{RAISED}/^.+\-{MINUS} ()]*"
@@ -311,11 +310,11 @@ def refuse(message: str, hint: str = "", at: str | tuple[str | int, ...] = ()) -
 def to_si(value: object, dimension: Measure, words: tuple[str, ...] = ()) -> float:
     """Read `value`, a number in SI or a string such as '5 mm', as a float in SI.
 
-    Messages name the `words` that may stand in its place, too.
+    Messages also name the `words` that are allowed in its place.
 
     Raises:
-        PydanticCustomError: it is no number, not finite, beyond all bounds, of an unknown unit or
-            of another dimension.
+        PydanticCustomError: the value is not a number, not finite, beyond all bounds, or has an
+            unknown unit or another dimension.
 
     """
     expected = f"expected {', '.join(words)} or {dimension.words}" if words else ""
@@ -430,7 +429,7 @@ class Quantity:
 
 
 class Measured(float):
-    """A number whose unit told which of several dimensions is meant."""
+    """A number with its dimension, which its unit chose among several."""
 
     dimension: Measure
 
@@ -441,18 +440,18 @@ class Measured(float):
         return number
 
     def __getnewargs__(self) -> tuple[Measure, float]:  # type: ignore[override]
-        """Return what copies are made of."""
+        """Return the arguments of `__new__` for copies."""
         return self.dimension, float(self)
 
 
 class OfGear(Quantity):
-    """Annotation of a quantity of what a gear turns, or of the rack that it moves.
+    """Annotation of a quantity of a wheel that a gear turns, or of a rack that it moves.
 
-    Which of both is meant another part tells; a unit has to fit that.
+    Another part of the scene tells which it is; the unit must fit that.
     """
 
     def read(self, value: object) -> float | str:
-        """Return a number in SI, one that knows its dimension where a unit tells it."""
+        """Return a number in SI; if it has a unit, also with its dimension."""
         if not isinstance(value, str):
             return super().read(value)
         meant, of_rack = self.dimension, OF_RACK[self.dimension]
@@ -470,18 +469,18 @@ OF_RACK: dict[Measure, Dimension] = {
     Dimension.TORSIONAL_DAMPING: Dimension.DAMPING,
     Dimension.ANGULAR_SPEED: Dimension.SPEED,
 }
-"""Dimensions of a slide, by those of a hinge."""
+"""Dimensions at a slide, by the dimensions at a hinge."""
 
 
 class StiffnessOfPower(Quantity):
-    """Annotation of K in K d^n, in N/m^n; n is the key `exponent` of its part, declared before."""
+    """Annotation of K in K d^n, in N/m^n; n is the key `exponent`, declared earlier in the part."""
 
     def beside(self, exponent: float | None) -> Quantity:
-        """Return what it is beside an exponent, or beside none."""
+        """Return the quantity for a given exponent, or for none."""
         return replace(self, dimension=Measure.stiffness(exponent or HERTZ))
 
     def _read_beside(self, value: object, info: ValidationInfo) -> float | str:
-        if "exponent" not in info.data:  # which has a mistake of its own
+        if "exponent" not in info.data:  # a mistake in the exponent is reported there
             return math.nan
         return self.beside(info.data["exponent"]).read(value)
 
@@ -492,7 +491,7 @@ class StiffnessOfPower(Quantity):
 
 
 HERTZ = 1.5
-"""Exponent of spheres, and of a law that gives none."""
+"""Exponent for spheres; also used if a law gives none."""
 _ANY_POWER = Measure("a stiffness", "N/m^n", "1e7 N/m^1.5", Measure.stiffness(HERTZ).powers)
 PowerStiffness = Annotated[float, StiffnessOfPower(_ANY_POWER, above=0.0)]
 Number = partial(Quantity, Dimension.NUMBER)

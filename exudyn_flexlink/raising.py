@@ -6,10 +6,10 @@ from typing import Any
 
 
 class Sendable(BaseException):
-    """An exception that is put together again as it was, whatever its `__init__` takes."""
+    """An exception that `pickle` restores exactly, whatever arguments its `__init__` takes."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return how `pickle` puts it together again."""
+        """Return how `pickle` restores it."""
         return _again, (type(self), self.args, self.__dict__)
 
 

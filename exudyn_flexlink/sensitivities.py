@@ -1,10 +1,10 @@
 """How much numbers of a run change with numbers of its scene, by differences whose errors are told.
 
-A parameter p is moved by h to both sides, for three h, each a quarter of the one before:
-``D(h) = (q(p + h) - q(p - h))/(2 h)``. Two errors are in it. What D leaves out of q grows as h^2,
-and is less than the distance from the D of the larger h. The errors of the runs grow as 1/h: a run
-of the scene itself, and one at ten times its tolerance, tell by how much a run may be off, which is
-three times their distance, as everywhere. The h with the least sum of both is taken.
+A parameter p is moved by h to both sides, for three h; each h is a quarter of the previous one:
+``D(h) = (q(p + h) - q(p - h))/(2 h)``. D has two errors. The truncation error grows as h^2; it
+is less than the distance from the D of the next larger h. The error by the runs grows as 1/h. A run
+of the scene itself and a run at ten times its tolerance give the error of a run: three times their
+distance, as everywhere. The h with the least sum of both errors is taken.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from exudyn_flexlink.scene import Scene
 from exudyn_flexlink.source import unknown
 from exudyn_flexlink.sweeps import FAILED, Row, SweepTable, label_of
 
-FARTHEST = 0.02  # of a parameter, or in its SI unit where that is 0: the largest h
-FINER = 0.25  # of each h: the next one
+FARTHEST = 0.02  # of a parameter, or in its SI unit if the parameter is 0: the largest h
+FINER = 0.25  # ratio of each h to the previous one
 STEPS = 3
 
 
@@ -67,7 +67,7 @@ def points_of(scene: Scene, parameters: Sequence[Parameter]) -> list[dict[str, A
         fine = max(TIGHTER * accuracy.tolerance, least_tolerance(assemble_scene(scene)))
         key, coarse = "accuracy.tolerance", fine / TIGHTER
     else:
-        assert accuracy.step is not None  # the scene has one of both
+        assert accuracy.step is not None  # the scene has a tolerance or a step
         key, coarse, fine = "accuracy.step", accuracy.step, TIGHTER * accuracy.step
     still: dict[str, Any] = {p.path: p.start for p in parameters}
     points = [still | {key: coarse}, still | {key: fine}]
@@ -118,7 +118,7 @@ def sensitivities_in(
 def _slope(
     name: str, runs: Sequence[tuple[float, Row, Row]], off: float
 ) -> tuple[float, float, float]:
-    """Derivative with the least error, this, and its h; nan where no two steps tell any.
+    """Derivative with the least error, this error, and its h; nan if no two steps give any.
 
     `off` is how far the quantity of a run may be from the truth.
     """

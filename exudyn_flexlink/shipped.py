@@ -17,7 +17,7 @@ EngineName = Literal["exudyn", "lagrangian"]
 
 
 class Engine(NamedTuple):
-    """What an engine is called in text, and the module that runs it."""
+    """Name of an engine in texts, and the module that runs it."""
 
     title: str
     module: str
@@ -27,7 +27,7 @@ EXUDYN: EngineName = "exudyn"
 """The engine that runs where none is named."""
 
 LAGRANGIAN: EngineName = "lagrangian"
-"""The engine whose tight run others are held against."""
+"""The engine whose tight run is compared with other runs."""
 
 ENGINES: dict[str, Engine] = {
     EXUDYN: Engine("Exudyn", "exudyn_flexlink.engines.exudyn.run"),
@@ -60,7 +60,7 @@ def version_of(package: str) -> str:
 
 HERE = Path(__file__).parent
 PUBLISHED = ".published.yaml"
-"""How a file of published numbers ends: it stands beside its model, and is none itself."""
+"""Ending of a file of published numbers, which stands beside its model."""
 
 
 class NoModelsError(FileNotFoundError):

@@ -30,7 +30,7 @@ MOST_VALUES = 200_000
 _CORE = "tag:yaml.org,2002:"
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 _LINE_END = re.compile("\r\n|[\r\n\x85\u2028\u2029]")  # what PyYAML counts as one
-MINUS = "\N{MINUS SIGN}"  # of typeset texts, from which numbers are copied
+MINUS = "\N{MINUS SIGN}"  # in numbers that were copied from typeset texts
 _SCALARS = {
     "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     "bool": (r"true|True|TRUE|false|False|FALSE", list("tTfF")),
@@ -43,7 +43,7 @@ _SCALARS = {
 }
 
 
-# What to look for, by the beginning of PyYAML's messages: these speak of its parser's states.
+# Hints by the beginning of PyYAML's messages, which name states of its parser.
 _HINTS = (
     (
         "mapping values are not allowed",
@@ -73,9 +73,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Mistake:
-    """What is wrong at a path of the data; `on_key` points at the key, not at its value.
+    """A mistake at a path of the data; with `on_key` it is at the key, not at its value.
 
-    `place` is given only where the path does not lead to the spot, as with a duplicate key.
+    `place` is given only if the path does not lead to the mistake, as with a duplicate key.
     """
 
     path: KeyPath
@@ -141,7 +141,7 @@ for _kind, (_pattern, _first_letters) in _SCALARS.items():
 
 
 def _compose(text: str) -> Any:
-    """PyYAML's tree of nodes; everything it may raise becomes a `_Stop`."""
+    """PyYAML's tree of nodes; all errors of PyYAML become a `_Stop`."""
     try:
         return _Loader(text).get_single_node()
     except yaml.MarkedYAMLError as error:
@@ -153,7 +153,7 @@ def _compose(text: str) -> Any:
         place = Place(len(before), column, column + 1)
         raise _Stop(Mistake((), problem, place=place)) from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        # PyYAML passes on what Python says of escapes such as "\UFFFFFFFF".
+        # PyYAML passes on Python's errors for escapes such as "\UFFFFFFFF".
         _stop(f"not YAML: {error}", None)
 
 
@@ -214,7 +214,7 @@ class _Builder:
         return result
 
     def _merged(self, node: Any, path: KeyPath) -> list[tuple[Any, Any]]:
-        """Keys and values of a mapping, with those that '<<' takes from others and it has not."""
+        """Keys and values of a mapping, and those that '<<' adds from others."""
         pairs = [(key, value) for key, value in node.value if not _is_merge(key)]
         known = {_name(key) for key, _ in pairs}
         for key, value in node.value:
@@ -238,7 +238,7 @@ class _Builder:
             self._problem(node, path, "a key must be a text")
         elif node.tag != _CORE + "str":
             hint = f"in quotes it is one: '{node.value}'"
-            if node.tag in (_CORE + "int", _CORE + "float"):  # of 7,85 YAML takes the 85 for a key
+            if node.tag in (_CORE + "int", _CORE + "float"):  # for 7,85 YAML reads 85 as a key
                 hint += "; decimals begin with a point, as in 7.85"
             self._problem(node, path, f"a key must be a text, got {node.value or 'nothing'}", hint)
         elif _CONTROL.search(node.value):
@@ -285,7 +285,7 @@ def _is_merge(key: Any) -> bool:
 
 
 def _name(key: Any) -> Any:
-    """What tells a key apart: its text, or what is no text itself."""
+    """Return what identifies a key: its text, or the key itself if it is not a text."""
     return key.value if isinstance(key, yaml.ScalarNode) else key
 
 
@@ -302,7 +302,7 @@ def _number_or_word(kind: str, text: str) -> bool | int | float | None:
 
 
 WIDEST_EXCERPT = 100
-MOST_SHOWN = 50  # mistakes: more than anybody mends before the next check
+MOST_SHOWN = 50  # mistakes: more than a user corrects before the next check
 LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 
 
@@ -310,8 +310,8 @@ LARGEST_FILE = 1_000_000  # bytes: some seconds of reading
 class Document:
     """A model file as plain data, with the place of every value and key.
 
-    `settings` holds the texts 'path=value' that replaced values of the file, by their paths; empty
-    ones where no text gave them, but Python.
+    `settings` holds the texts 'path=value' that replaced values of the file, by their paths. A text
+    is empty if the setting came from Python.
     """
 
     name: str
@@ -323,7 +323,7 @@ class Document:
     settings: dict[KeyPath, str] = field(default_factory=dict)
 
     def place_of(self, mistake: Mistake) -> Place | None:
-        """Where a mistake stands: at its value or key, or else at what encloses them."""
+        """Place of a mistake: its value or key, or else the mapping or list around it."""
         if mistake.place:
             return mistake.place
         first, second = self.places, self.key_places
@@ -334,7 +334,7 @@ class Document:
             place = first.get(path) or second.get(path)
             if place:
                 return place
-            first, second = self.key_places, self.places  # what encloses it is known by its key
+            first, second = self.key_places, self.places  # then the enclosing key
         return None
 
     def setting_of(self, path: KeyPath) -> str | None:
@@ -346,7 +346,7 @@ class Document:
 
 
 class HintedError(Sendable, ValueError):
-    """What is wrong with a value, before anybody knows its place; `hint` says what to write."""
+    """A mistake in a value whose place is not yet known; `hint` says what to write."""
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -384,7 +384,7 @@ def load_document(path: str | Path) -> Document:
     """Read a model file.
 
     Raises:
-        SceneError: it can't be read, or is not one YAML mapping in UTF-8.
+        SceneError: the file can't be read, or is not one YAML mapping in UTF-8.
 
     """
     path = Path(path)
@@ -415,8 +415,8 @@ def _unreadable(path: Path, error: OSError | ValueError) -> Mistake:
 
 
 def _shipped_hint(path: Path) -> str:
-    """Say by which name a model comes with the program, if one has the name of this file."""
-    with suppress(FileNotFoundError):  # a damaged installation has none
+    """Return a hint at the model of the program that has the name of this file, if any."""
+    with suppress(FileNotFoundError):  # a damaged installation has no models
         if model_file(path.stem):
             return f"a model that comes with the program is called '{path.stem}', without '.yaml'"
     return ""
@@ -450,27 +450,27 @@ MOST_LISTED = 12  # names that one line lists
 def did_you_mean(name: str, names: Iterable[str], before: str = "") -> str:
     """Return "; did you mean 'x'?" if one of the names resembles `name`, else nothing.
 
-    `before` is written before the name, but is no part of what is compared.
+    The text shows `before` in front of the name; it is not compared.
     """
     near = difflib.get_close_matches(name, list(names), n=1)
     return f"; did you mean '{before}{near[0]}'?" if near else ""
 
 
 def listed(words: Sequence[str]) -> str:
-    """Return words in one line, only the first of many."""
+    """Return words in one line; of many words only the first ones."""
     more = len(words) - MOST_LISTED
     return ", ".join(words[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """Say that there is nothing of a name, what was meant perhaps, and what there is."""
+    """Return a message that a name is unknown, with a similar name and the known names."""
     names = list(known)
     near, there = did_you_mean(name, names), ", ".join(names) or "none"
     return f"there is no {what} '{name}'{near}{' There' if near else '; there'} are: {there}"
 
 
 def dotted(path: KeyPath) -> str:
-    """Write a path as messages and settings do: 'joints.crank.points.1'."""
+    """Write a path as in messages and settings: 'joints.crank.points.1'."""
     return ".".join(str(step) for step in path)
 
 
@@ -524,11 +524,11 @@ def with_settings(
 ) -> Document:
     """Return a copy of a document in which texts such as 'run.turns=2' replace values, or add keys.
 
-    A setting may be a path and its value instead: plain data, which is taken as it is. 'null' takes
-    a key away that is there; of one that is not, the scene says whether it may be. A setting also
-    removes the keys that `exclusive` lists for its path, unless another setting gives them: else
-    the file would say two contradicting things. A mapping that is missing on the way is made; the
-    scene says whether it may be there. Of a section of `named` parts the part must be there.
+    A setting may also be a path with its value, as plain data. 'null' removes a key of the file;
+    for an unknown key, the scene's check says whether it is allowed. A setting also removes the
+    keys that `exclusive` lists for its path, unless another setting gives them: otherwise the file
+    would contradict itself. A missing mapping on the path is made; the scene's check says whether
+    it is allowed. In a section of `named` parts the part must exist.
 
     Raises:
         SceneError: a setting is malformed, or its path leads nowhere.
@@ -559,7 +559,7 @@ def _parse_setting(document: Document, given: Setting) -> tuple[KeyPath, Any, st
         mistake = Mistake((), "expected path=value", "for example run.turns=2")
         raise _setting_error(document, (), text, mistake)
     path: KeyPath = tuple(step.strip() for step in name.split("."))
-    if not isinstance(given, str):  # then YAML only tells what no model file can hold
+    if not isinstance(given, str):  # YAML is used only to find values that no model file can hold
         value = json.dumps(given[1], ensure_ascii=False)
     read = read_yaml(value)
     if read.problems:
@@ -591,7 +591,7 @@ def _excluded(path: KeyPath, exclusive: ExclusiveKeys) -> list[str]:
 def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Document:
     holder: Any = document.data
     real: KeyPath = ()
-    made: dict[KeyPath, str] = {}  # sections that only this setting speaks of
+    made: dict[KeyPath, str] = {}  # sections that only this setting makes
     for step in path[:-1]:
         real = _step(document, holder, real, str(step), text)
         if isinstance(holder, dict) and real[-1] not in holder:
@@ -607,7 +607,7 @@ def _with_value(document: Document, path: KeyPath, value: Any, text: str) -> Doc
 
 
 def _step(document: Document, holder: Any, above: KeyPath, step: str, text: str) -> KeyPath:
-    """Return the path of `step` in `holder`; a mapping may lack it, a list may not.
+    """Return the path of `step` in `holder`; it may be missing in a mapping, but not in a list.
 
     Raises:
         SceneError: the step leads nowhere.
@@ -616,7 +616,7 @@ def _step(document: Document, holder: Any, above: KeyPath, step: str, text: str)
     problem = ""
     real: KeyPath = (*above, step)
     if isinstance(holder, list):
-        digits = step.lstrip("0") or "0"  # of which a number may have no more than the length has
+        digits = step.lstrip("0") or "0"  # no more digits than the length has
         fits = step.isdecimal() and len(digits) <= len(str(len(holder)))
         if fits and int(digits) < len(holder):
             return (*above, int(digits))
@@ -629,7 +629,7 @@ def _step(document: Document, holder: Any, above: KeyPath, step: str, text: str)
 
 
 def _without(document: Document, path: KeyPath) -> Document:
-    """Forget a value and its places."""
+    """Remove a value and its places."""
     holder: Any = document.data
     for step in path[:-1]:
         holder = holder.get(step) if isinstance(holder, dict) else None
@@ -640,7 +640,7 @@ def _without(document: Document, path: KeyPath) -> Document:
 
 
 def _without_places(document: Document, path: KeyPath) -> Document:
-    """Forget where the file has a value and all below it, and by which settings they were given."""
+    """Remove the places and settings of a value, and of all values below it."""
 
     def outside(table: dict[KeyPath, Any]) -> dict[KeyPath, Any]:
         return {key: value for key, value in table.items() if key[: len(path)] != path}

@@ -1,9 +1,9 @@
-"""Runs of benchmarks held against numbers that others published.
+"""Runs of benchmarks compared with numbers that others published.
 
-A benchmark is a model and, beside it, a file ``<name>.published.yaml`` with the numbers: which
-quantity of a run, its value, and how far a run may be from it. A quantity tells what a run gives
-for it, in SI units: nan if nothing of the kind happened in it; MissingError if the run has no
-sample at the instant asked for. Nothing here runs an engine: who verifies gives the results.
+A benchmark is a model and, beside it, a file ``<name>.published.yaml``. For each number this has
+the quantity of a run, its value, and the allowed difference. A quantity computes its value from a
+run, in SI units. The value is nan if the run has no such event; MissingError is raised if the run
+has no sample at the given instant. No engine is used here: the caller passes the results.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class _OfBody(_AtSample):
     relative_to: Name | None = Field(None, description="other body; left out: the ground")
 
     def _of(self, values: FloatArray, result: Result) -> float:
-        """Difference of the bodies' third columns in values (N, parts, 3)."""
+        """Third column of values (N, parts, 3) at the sample, of a body or between two."""
         angles = values[self._sample(result), :, 2]
         other = 0.0 if self.relative_to is None else angles[_part(self.relative_to, result)]
         return float(angles[_part(self.body, result)] - other)
@@ -289,7 +289,7 @@ def read_benchmark(file: Path) -> Benchmark:
     """Read a file of published numbers, and the model beside it, once for every run.
 
     Raises:
-        SceneError: either of them has mistakes, or a number is of a part that the model has not.
+        SceneError: either file has mistakes, or a number names a part that the model lacks.
 
     """
     document = load_document(file)
@@ -333,7 +333,7 @@ def _unknown(number: PublishedNumber, scene: Scene, path: KeyPath) -> Iterator[M
 
 @dataclass(frozen=True)
 class Compared:
-    """A published number and what was computed, in `unit`; nan if the run did not come to it."""
+    """A published number and the computed one, in `unit`; nan if the run did not reach it."""
 
     name: str
     unit: str
@@ -345,7 +345,7 @@ class Compared:
 
     @property
     def difference(self) -> float:
-        """Distance of the two, without sign."""
+        """Absolute difference of both numbers."""
         return abs(self.computed - self.published)
 
     @property
@@ -356,7 +356,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class VerifiedRun:
-    """A run of a benchmark with all its numbers; `seconds` of wall time; why it stopped, if so."""
+    """A run of a benchmark: all its numbers, `seconds` of wall time, and why it stopped early."""
 
     benchmark: str
     run: str
@@ -374,10 +374,10 @@ class VerifiedRun:
 
 
 def judged(benchmark: Benchmark, run: BenchmarkRun, result: Result) -> VerifiedRun:
-    """Hold a result against the numbers of a run.
+    """Compare a result with the numbers of a run.
 
     Raises:
-        SceneError: a number is of an instant at which the run has no sample.
+        SceneError: the run has no sample at the instant of a number.
 
     """
     outcome = result.outcome

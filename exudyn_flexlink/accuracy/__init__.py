@@ -1,6 +1,6 @@
 """What accuracy costs: a work-precision study of one scene, by every method that represents it.
 
-No engine here: whoever starts a study hands in what solves a scene.
+No engine is used here: the caller of a study passes a function that solves a scene.
 """
 
 from exudyn_flexlink.accuracy.judging import (

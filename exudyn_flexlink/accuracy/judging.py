@@ -1,8 +1,7 @@
-"""What the runs of a work-precision study tell: errors, their sources, and advice.
+"""Results of a work-precision study: errors, their sources, and advice.
 
-Errors are distances from a reference run, in all points by which runs are judged; below a floor
-they are not known. The advice is the cheapest setting for a target, and the largest source of
-error.
+Errors are distances of all judged points from a reference run; errors below a floor are not known.
+The advice is the cheapest setting for a target, and the largest source of error.
 """
 
 from __future__ import annotations
@@ -35,15 +34,15 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.rounding import LEAST_LENGTH, PLACE_ROUNDING
 from exudyn_flexlink.scene import Scene
 
-SURE = 0.03  # of the limit at which runs have parted: up to there errors are judged
+SURE = 0.03  # part of the limit at which runs have parted; errors are judged up to there
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a run. At each instant the point that is farthest off counts.
+    """Errors of a run. At each instant the point with the largest distance counts.
 
-    `largest` (m) is the largest distance over time, that of the point `worst`, and `rms` (m) the
-    root of the mean square. `levers` are differences of the largest absolute angle (rad) or
+    `largest` (m) is the largest distance over time, of the point `worst`; `rms` (m) is the root of
+    the mean square. `levers` are differences of the largest absolute angle (rad) or
     displacement (m) of struck bodies. `force` is the largest error of a force relative to that
     force's largest value, and `worst_force` its name: see `observables.worst_force`.
     """
@@ -66,8 +65,8 @@ class Errors:
 class Horizon:
     """Instants up to which two runs agree, s.
 
-    From `parted` on they differ by more than `limit` (m), so that instants can't be compared.
-    Errors are judged up to `sure`: between both, the difference tells only that the runs part.
+    From `parted` on they differ by more than `limit` (m) and can't be compared instant by instant.
+    Errors are judged up to `sure`: from there to `parted` the difference only shows that runs part.
     """
 
     parted: float
@@ -109,7 +108,7 @@ def agreement(reference: Result, check: Result) -> Horizon | None:
     return None if parted is None or sure is None else Horizon(parted, sure, limit)
 
 
-TRUSTED = 3.0  # times the error of time steps: a smaller difference may be nothing else
+TRUSTED = 3.0  # times the error of time steps: a smaller difference may come from these alone
 
 
 @dataclass(frozen=True)
@@ -126,7 +125,7 @@ class Point:
 
     @property
     def below_floor(self) -> bool:
-        """Whether the references do not agree well enough to tell this error."""
+        """Whether the references differ too much to tell this error."""
         return self.claimed > self.errors.largest
 
     @property
@@ -137,11 +136,11 @@ class Point:
 
 @dataclass(frozen=True)
 class Source:
-    """Error at the model's own settings that comes from one cause: time, rods or contact.
+    """Error at the model's own settings from one cause: time, rods or contact.
 
-    `at_most`: it is a bound, since the runs that tell it differ by little more than their errors of
-    time. It falls with the power `order` of the number of rods, or of the stiffness. `dearer` is
-    the cost of the finer model over that of the scene.
+    `at_most` is true if it is only a bound: the runs differ by little more than their errors of
+    time. The error falls with the power `order` of the number of rods, or of the stiffness.
+    `dearer` is the cost of the finer model divided by the cost of the scene.
     """
 
     kind: str
@@ -155,8 +154,8 @@ class Source:
 class Bench:
     """The runs that judge all others: a reference, and a `check` of the reference, if any.
 
-    A check is `independent` if it has other equations of motion, or another formulation. `horizon`
-    tells why errors are not judged up to the end; None if they are.
+    A check is `independent` if it has other equations of motion, or another formulation. Errors are
+    judged up to the `horizon`; None means up to the end.
     """
 
     reference: Trial
@@ -180,12 +179,12 @@ class Bench:
 
     @property
     def floor(self) -> float:
-        """Distance of reference and check, m: smaller errors can't be told; 0 without a check."""
+        """Distance of reference and check, m: smaller errors are unknown; 0 without a check."""
         return 0.0 if self._apart is None else max(self._apart.largest, LEAST_LENGTH)
 
     @property
     def force_floor(self) -> float:
-        """Error of the force that is farthest off, relative to its size; 0 without a check."""
+        """Largest error of a force between both, relative to its size; 0 without a check."""
         return 0.0 if self._apart is None else self._apart.force
 
     def errors(self, result: Result, reference: Result | None = None) -> Errors:
@@ -206,7 +205,7 @@ class Study(Bench):
 
     @property
     def judged_by(self) -> tuple[str, ...]:
-        """Names of the points of the mechanism whose errors are told."""
+        """Names of the mechanism's points whose errors count."""
         return judged_points(self.reference.result.scene)
 
     @cached_property
@@ -216,7 +215,7 @@ class Study(Bench):
 
 
 class NothingRunError(Exception):
-    """No two runs ended, so that there is nothing to compare; the message says why."""
+    """Fewer than two runs ended, so nothing can be compared; the message says why."""
 
 
 def judge(runs: Runs) -> Study:
@@ -253,7 +252,7 @@ def judge(runs: Runs) -> Study:
 
 
 def _reference(runs: Runs) -> Trial | None:
-    """Find the run that judges all others: the tight one, or else the finest of all."""
+    """Return the reference: the tight run, or else the finest of all."""
     if len(runs.trials) + (runs.reference is not None) < 2:
         return None
     if runs.reference is not None:
@@ -264,7 +263,7 @@ def _reference(runs: Runs) -> Trial | None:
 
 
 def _check(truth: Trial, others: Sequence[Trial]) -> tuple[Trial | None, bool]:
-    """Find the check of the reference: the nearest of independent runs, or else of all runs."""
+    """Return the check of the reference: the nearest of independent runs, or else of all runs."""
     rods = [t for t in others if t.method.of_rods]
     independent = [t for t in rods if _independent(t.method, truth.method)]
     end = float(truth.result.time[-1])
@@ -276,7 +275,7 @@ def _check(truth: Trial, others: Sequence[Trial]) -> tuple[Trial | None, bool]:
 
 
 def _independent(method: Method, other: Method) -> bool:
-    """Whether two methods share no equations: other engines, or other formulations of one."""
+    """Whether two methods share no equations: different engines, or different formulations."""
     return (method.engine, dict(method.settings)) != (other.engine, dict(other.settings))
 
 
@@ -293,7 +292,7 @@ def _of_time(runs: Runs, point: Point | None, bench: Bench) -> list[Source]:
     A link that is not made of rods is compared with the finest run of its own method.
     """
     if runs.model_trial is bench.reference and bench.check is not None:
-        # The finest run of all: it is off by no more than the check is from it.
+        # The model's own run is the finest. Its distance from the check bounds its error.
         return [Source("time", bench.errors(bench.check.result), at_most=True)]
     if point is None:
         return []
@@ -319,16 +318,16 @@ def _of_the_model(runs: Runs, bench: Bench) -> list[Source]:
     return sources
 
 
-MARGIN = 1 / 3  # of the target: what is advised is measured to be off by no more
+MARGIN = 1 / 3  # of the target: largest measured error of an advised setting
 
 
 @dataclass(frozen=True)
 class Advice:
-    """`choice`: the cheapest point well within the target, or None; `best`: the most accurate.
+    """`choice` is the cheapest point well within the target, or None; `best` is the most accurate.
 
     Points with error control at the target, or below, come first: coarser settings reach the target
-    by luck. `limit` is a source of error in the model that misses the target at any step, or None.
-    `below_floor`: the references do not agree well enough to tell what is well within the target.
+    by luck. `limit` is a source of error in the model that exceeds the target at any step, or None.
+    `below_floor` is true if the references do not agree well enough to judge this target.
     """
 
     choice: Point | None
@@ -351,10 +350,10 @@ def advise(study: Study) -> Advice:
 
 
 def _cheapest(points: Sequence[Point], most: float) -> Point | None:
-    """Return the cheapest point of those that are off by at most `most` (m); None without any.
+    """Return the cheapest point with an error of at most `most` (m); None if there is none.
 
-    Of each method only the loosest setting counts from which on all finer ones are good enough.
-    Otherwise the noise of timing would choose among settings that hardly differ.
+    For each method only one setting counts: the coarsest for which all finer ones are good enough,
+    too. Otherwise noise in the times would decide between similar settings.
     """
     fit = []
     for method in dict.fromkeys(p.method for p in points):
@@ -369,7 +368,7 @@ def _limit(sources: Sequence[Source], target: float) -> Source | None:
 
 
 def dominating(sources: Sequence[Source]) -> Source | None:
-    """Return the largest source of error; None if there are not two to compare, or all are 0."""
+    """Return the largest source of error; None with fewer than two sources, or if all are 0."""
     if len(sources) < 2:
         return None
     largest = max(sources, key=lambda s: s.errors.largest)
@@ -382,5 +381,5 @@ def needed(value: float, source: Source, target: float) -> float:
 
 
 def rods_needed(rods: int, source: Source, target: float) -> int:
-    """Return the whole number of rods with which the beam is met to the target (m)."""
+    """Return the whole number of rods that represents the beam within the target (m)."""
     return ceil(needed(rods, source, target) * (1 - 1e-9))

@@ -1,13 +1,13 @@
 """The runs of a work-precision study, the most useful first, within a budget of time.
 
-First come the model's own settings, by its own method and by the judge, then the tight reference,
-then the scene with more rods and with stiffer contacts, then ever finer settings from coarse ones
-on: the next run is by the method whose last run was the cheapest. A run that takes more than half
-of the time left is stopped, and no finer setting of its method is tried.
+The order is: the model's own settings, by its own method and by the judge; the tight reference; the
+scene with more rods and with stiffer contacts; ever finer settings, from coarse ones on. The method
+whose last run was the cheapest makes the next of these. A run that takes more than half of the time
+left is stopped, and its method gets no finer setting.
 
 A method is an engine, its formulation, and the setting that is varied. Besides time steps, errors
 come from the number of rods and from contacts that give way. The scene is made finer in one of
-these; how far that moves the judged points, extrapolated, is the error of the scene.
+these. The extrapolated shift of the judged points is the error of the scene.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ COMPLIANCE_ORDER = 0.5
 """A contact's effect on the motion goes as k^-1/2, like its duration."""
 
 ORDERS = {"equal": 1, "half_ends": 2}
-"""A rigid root rod shortens the beam by half a rod; a hinge in the middle of each cell doesn't."""
+"""A rigid rod at the root shortens the beam by half a rod; hinges in the middle of cells don't."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ class Finer:
 
 
 def finer_scenes(scene: Scene) -> list[Finer]:
-    """Return the scene with more rods, and the scene with stiffer contacts, if it has such."""
+    """Return the scene with more rods, and the scene with stiffer contacts, if it has any."""
     rods, stiffer = with_more_rods(scene), with_stiffer_contacts(scene)
     scenes = []
     if rods is not None:
-        order = min(ORDERS[body.layout] for body in beams(scene).values())  # of the slowest
+        order = min(ORDERS[body.layout] for body in beams(scene).values())  # the slowest counts
         scenes.append(Finer("rods", rods, MORE_RODS, order))
     if stiffer is not None:
         scenes.append(Finer("contact", stiffer, STIFFER, COMPLIANCE_ORDER))
@@ -57,12 +57,12 @@ def finer_scenes(scene: Scene) -> list[Finer]:
 
 
 def extrapolated(ratio: float, order: float) -> float:
-    """Error of a coarse result over its distance from a result that is `ratio` times finer."""
+    """Error of a coarse result, over its distance from a result that is `ratio` times finer."""
     return 1 / (1 - float(ratio**-order))
 
 
 def beams(scene: Scene) -> dict[str, FlexibleBody]:
-    """Flexible bodies whose rods tend to a beam as they get more: hinges 'beam'."""
+    """Flexible bodies that converge to a beam with more rods: those with hinges 'beam'."""
     return {name: body for name, body in flexible(scene).items() if body.hinges.stiffness == "beam"}
 
 
@@ -78,7 +78,7 @@ def flexible(scene: Scene) -> dict[str, FlexibleBody]:
 def with_more_rods(scene: Scene) -> Scene | None:
     """Return the scene with twice the rods in every 'beam'; None if there is none, or no room.
 
-    The damping of a hinge is doubled like its stiffness, so that it is that of the same beam.
+    The damping of a hinge is doubled like its stiffness, so that the beam has the same damping.
     """
     links = beams(scene)
     if not links or any(MORE_RODS * body.rods > MOST_RODS for body in links.values()):
@@ -92,10 +92,10 @@ def _finer(body: FlexibleBody) -> FlexibleBody:
 
 
 def stiffnesses(scene: Scene) -> dict[str, float]:
-    """Stiffness of all contacts that give way, in joints and at their stops, too, by name.
+    """Stiffness of all contacts that give way, with joints and their stops, by name.
 
-    In N/m, N/m^n, or N m/rad. A stiffness that follows from materials is left out: it is true, and
-    does not replace a rigid contact.
+    Units are N/m, N/m^n, or N m/rad. A stiffness from materials is left out: it is physical, and
+    does not stand for a rigid contact.
     """
     giving = {n: law for n, law in scene.laws.items() if not isinstance(law, ImpulseLaw)}
     return {n: law.stiffness for n, law in giving.items() if law.stiffness is not None}
@@ -111,7 +111,7 @@ def with_stiffer_contacts(scene: Scene) -> Scene | None:
 
 
 def _stiffer_joint(joint: Joint) -> Joint:
-    """Return a joint with stiffer walls, if it has some that press, and stiffer stops."""
+    """Return a joint with stiffer walls, if these can press, and stiffer stops."""
     if getattr(joint, "acting", None) or getattr(joint, "backlash", 0.0) > 0:
         joint = _stiffer(joint)
     limits = getattr(joint, "limits", None)
@@ -123,24 +123,24 @@ def _stiffer(part: Any) -> Any:
     law = part.law
     if isinstance(law, ImpulseLaw) or law.stiffness is None:
         return part
-    # A contact lasts as K^(-1/(n + 1)): whatever the exponent n, all get shorter by one ratio.
+    # A contact's duration goes as K^(-1/(n + 1)): it falls by one ratio for every exponent n.
     exponent = law.exponent or 1.5 if isinstance(law, DampedLaw | HertzLaw) else 1.0
     update = {"stiffness": STIFFER ** ((exponent + 1) / 2) * law.stiffness}
-    if getattr(law, "damping", None):  # of a stop, which then returns as much energy as before
+    if getattr(law, "damping", None):  # so that a stop returns as much energy as before
         update["damping"] = STIFFER**0.5 * law.damping
     return part.model_copy(update={"law": law.model_copy(update=update)})
 
 
 Knob = Literal["tolerance", "step"]
 
-BEAM = "beam"  # the only formulation whose link is not made of rods
-LEAST_TOLERANCE = 1e-9  # m: finer rungs only where the target asks for them
-COARSEST = 1e-3  # m: ladders begin about there, so that every method has cheap rungs
-USUAL_TOLERANCE = 1e-4  # m: for a model that gives a step instead
+BEAM = "beam"  # the only formulation without rods
+LEAST_TOLERANCE = 1e-9  # m: finer rungs only if the target needs them
+COARSEST = 1e-3  # m: ladders begin near it, so that every method has cheap rungs
+USUAL_TOLERANCE = 1e-4  # m: for a model that gives a step in place of a tolerance
 RUNGS_OF_STEPS = 6
 REFERENCE = 1e-12
-"""Tolerance (m) of the run against which everything else is judged: 100 times finer than the
-finest rung, or more. The smooth method at 1e-12 m leaves 2e-13 m over the paper's two turns."""
+"""Tolerance (m) of the reference run, at least 100 times finer than the finest rung. At 1e-12 m the
+smooth method has an error of 2e-13 m over the paper's two turns."""
 
 _METHOD_KEYS = ("formulation", "elements")  # of the solver
 
@@ -149,7 +149,7 @@ _METHOD_KEYS = ("formulation", "elements")  # of the solver
 class Method:
     """A way to solve a scene, up to one number: a tolerance (m) or a step (s).
 
-    `settings` are keys of the scene's solver that make it this method.
+    `settings` are the keys of the scene's solver that select this method.
     """
 
     name: str
@@ -159,11 +159,11 @@ class Method:
 
     @property
     def of_rods(self) -> bool:
-        """Whether the link is made of rods, as the scene's; a beam tends to another motion."""
+        """Whether links consist of rods, as in the scene; a beam converges to another motion."""
         return self.settings.get("formulation") != BEAM
 
     def at(self, scene: Scene, value: float) -> Scene:
-        """Return the scene solved by this method at a value of its knob."""
+        """Return the scene with this method's settings and a value of its knob."""
         given = scene.solver.model_dump(exclude_unset=True)
         solver = {key: item for key, item in given.items() if key not in _METHOD_KEYS}
         if not self.of_rods and "elements" in given:
@@ -187,10 +187,10 @@ class Method:
 
 
 def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[Method]:
-    """List the methods that are tried, that of the model's own settings first.
+    """List the methods to try; the method of the model's own settings is first.
 
-    `formulations` names, for each engine, the formulations that represent the scene, the one that
-    the engine picks first; empty for an engine without a choice.
+    `formulations` names, for each engine, the formulations that represent the scene, beginning with
+    the engine's own choice; empty for an engine without a choice.
     """
     methods: list[Method] = []
     for engine, names in formulations.items():
@@ -198,7 +198,7 @@ def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[
         ways = ({"formulation": name} for name in names)
         methods += [Method(f"{title}, {w['formulation']}", engine, settings=w) for w in ways]
         methods += [] if names else [Method(title, engine)]
-    if EXUDYN in formulations:  # the equal steps that anyone would script by hand
+    if EXUDYN in formulations:  # equal steps, as in a script by hand
         settings = {"formulation": "redundant"} if "redundant" in formulations[EXUDYN] else {}
         methods.append(Method("Exudyn, fixed step", EXUDYN, "step", settings))
     first = model_method(scene, methods)
@@ -206,7 +206,7 @@ def methods_of(scene: Scene, formulations: Mapping[str, Sequence[str]]) -> list[
 
 
 def model_method(scene: Scene, methods: Sequence[Method]) -> Method:
-    """Return the method that the model's settings mean: Exudyn, as `simulate` takes it."""
+    """Return the method of the model's settings: Exudyn, as `simulate` uses it."""
     knob = "tolerance" if scene.accuracy.step is None else "step"
     asked = scene.solver.formulation
     fitting = [m for m in methods if m.engine == EXUDYN and m.knob == knob]
@@ -215,21 +215,21 @@ def model_method(scene: Scene, methods: Sequence[Method]) -> Method:
 
 
 def model_value(scene: Scene, method: Method) -> float | None:
-    """Value of the method's knob that the model gives, or a usual one; None: unknown."""
+    """Value of the method's knob in the model, or a usual value; None if unknown."""
     if method.knob == "step":
         return scene.accuracy.step
     return model_tolerance(scene)
 
 
 def model_tolerance(scene: Scene) -> float:
-    """Tolerance that the model gives, or a usual one, m."""
+    """Tolerance of the model, or a usual one, m."""
     return scene.accuracy.tolerance or USUAL_TOLERANCE
 
 
 def ladder(knob: Knob, value: float, target: float) -> list[float]:
-    """Values of a knob, the finest last: `value` times powers of ten, for steps of its root.
+    """Values of a knob, the finest last: `value` times powers of 10; for steps, of sqrt(10).
 
-    `target` (m) is the error that the user wants: tolerances reach from above to below it.
+    `target` (m) is the error that the user wants; the tolerances cover values above and below it.
     """
     if knob == "step":
         return [value * 10 ** (-k / 2) for k in range(-1, RUNGS_OF_STEPS)]
@@ -245,7 +245,7 @@ class RefusedError(Exception):
 
 @dataclass(frozen=True)
 class Solved:
-    """A run, and the processor time of its solution, s; `given_up`: it took more than its time."""
+    """A run, and the processor time of its solution, s; `given_up` if it exceeded its time."""
 
     result: Result
     processor: float
@@ -253,7 +253,7 @@ class Solved:
 
 
 Solve = Callable[[Scene, str, str, float], Solved]
-"""Runs a scene in an engine; a label says what is run, the number is the time (s) it may take.
+"""Runs a scene in an engine; arguments: scene, engine, a label, and the allowed time (s).
 
 Raises RefusedError, and KeyboardInterrupt when the user stops the study.
 """
@@ -261,7 +261,7 @@ Raises RefusedError, and KeyboardInterrupt when the user stops the study.
 
 @dataclass
 class Trial:
-    """A method at one value of its knob: its first result, processor times (s) of all runs."""
+    """A method at one value of its knob: the first result, and processor times (s) of all runs."""
 
     method: Method
     value: float
@@ -281,7 +281,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Varied:
-    """A run of the scene made finer in one source of error, and that of the scene itself."""
+    """A run of the scene made finer in one source of error, and a run of the scene itself."""
 
     finer: Finer
     result: Result
@@ -293,7 +293,7 @@ class Varied:
 class Runs:
     """All that was run: `trials` of methods, `varied` in sources of error.
 
-    `left_out` has the reason of each run that did not end: refused, failed, or too long.
+    `left_out` has the reason of each run that did not finish: refused, failed, or too long.
     """
 
     scene: Scene
@@ -323,12 +323,12 @@ class Runs:
 
 
 JUDGE = LAGRANGIAN  # the engine whose tight run judges all others
-SHARE = 0.5  # of the time left: what a run may take
+SHARE = 0.5  # of the time left: the most that a run may take
 NO_TIME = "no time"
 REPEATS = 3
-AT_ONCE = 1.0  # s: a run is repeated if all repetitions together take no longer
+AT_ONCE = 1.0  # s: a run is repeated if all repetitions together take less
 WARM_UP = 0.01  # of a run
-COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, where that takes too long
+COARSER = (1.0, 10.0, 100.0)  # times the model's own setting, tried if that takes too long
 SECOND_ORDER = 3.0  # fixed steps for each step under error control: a similar first error
 LEFT_FOR_FILES = 4.0  # s of the budget, for figure and tables
 
@@ -351,7 +351,7 @@ class StudyRunner:
         return SHARE * max(self._deadline - self._clock(), 0.0)
 
     def run(self) -> Runs:
-        """Make all runs for which there is time."""
+        """Make all runs that the time allows."""
         began = self._clock()
         try:
             self._warm_up()
@@ -370,7 +370,7 @@ class StudyRunner:
         return [m for m in self.runs.methods if m.name not in self.runs.left_out]
 
     def _warm_up(self) -> None:
-        """Run the beginning of the motion by every method, to see at once which ones refuse it.
+        """Run the beginning of the motion by every method, to find at once which ones refuse it.
 
         This also imports the engines, before the budget begins.
         """
@@ -386,9 +386,9 @@ class StudyRunner:
                 self.runs.left_out[method.name] = str(error)
 
     def _model_settings(self) -> None:
-        """Run the model's own settings, or coarser ones if these take too long; also by the judge.
+        """Run the model's own settings, or coarser ones if these take too long, also by the judge.
 
-        Other methods are tried only while there is no run at all.
+        Other methods are tried only if no run exists yet.
         """
         usual = model_method(self.runs.scene, self.runs.methods)
         for method in self._methods():
@@ -407,9 +407,7 @@ class StudyRunner:
             return None
         trial = Trial(method, value, solved.result, [solved.processor])
         self.runs.trials.append(trial)
-        if (
-            REPEATS * solved.processor < AT_ONCE
-        ):  # the least of several times is nearest to the truth
+        if REPEATS * solved.processor < AT_ONCE:  # the least of several times is the best estimate
             for _ in range(REPEATS - 1):
                 again = self._solve(scene, method.engine, f"{label}, again", self._allowed)
                 trial.times += [] if again.given_up else [again.processor]
@@ -429,7 +427,7 @@ class StudyRunner:
         return solved
 
     def _refer(self) -> None:
-        """Run the tight reference, if there is an independent engine for it."""
+        """Run the tight reference, if an independent engine can."""
         for method in self._methods():
             if method.engine == JUDGE:
                 scene = method.at(self.runs.scene, REFERENCE)
@@ -482,7 +480,7 @@ class StudyRunner:
         return [rung for rung in short if not self.runs.has(method, rung)]
 
     def _begin(self, method: Method) -> float | None:
-        """Value of the knob in the model, or a step (s) from the mean step of its run; or None."""
+        """Value of the knob in the model, or a step (s) from the mean step of a run; else None."""
         model_trial, value = self.runs.model_trial, model_value(self.runs.scene, method)
         if value is not None or model_trial is None or model_trial.result.checks.steps < 1:
             return value

@@ -1,11 +1,11 @@
 """The program at a terminal: arguments in, one function called, an exit code out.
 
-Exit codes: 0 done; 1 the run, or only its figures, failed, what was computed is kept, a comparison
+Exit codes: 0 done; 1 the run or only its figures failed (what was computed is kept), a comparison
 exceeds its tolerance, or a benchmark is off; 2 bad input, or a place that can't be written; 130
-interrupted; 143 or 129 asked to end, by SIGTERM or by SIGHUP.
-What a command refuses, it refuses by an exception, one of `keeping.REFUSALS`: exit code 2.
-A help text must be there at once, hence the modules with options import nothing but these. What
-carries a command out is imported as it is called, and figures as they are drawn.
+interrupted; 143 or 129 ended by SIGTERM or by SIGHUP.
+A command refuses its input by an exception, one of `keeping.REFUSALS`; the exit code is then 2.
+A help text must appear at once, so the modules with options import nothing else. The module of a
+command is imported when the command runs, and the module of figures when figures are drawn.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from exudyn_flexlink.shipped import NoModelsError
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program with the arguments of a command line; returns its exit code."""
     prepare_streams()
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # of a home that it can't write to
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no warning of a read-only home
     with ended_by_signals() as ending:
         try:
             return ending.code(_run(arguments, ending))
@@ -57,7 +57,7 @@ def _run(arguments: Sequence[str] | None, ending: Ending) -> int:
         return complain("interrupted; nothing was written", INTERRUPTED)
     except MemoryError:
         return complain("not enough memory: shorten the run, or give a longer run.sample", FAILED)
-    except OSError as error:  # of files the commands tell themselves: this is the output's
+    except OSError as error:  # of the output: commands handle errors of files themselves
         if ending.asked:  # the terminal was closed
             return INTERRUPTED
         if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has seen enough

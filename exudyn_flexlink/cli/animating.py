@@ -1,4 +1,4 @@
-"""The command `animate`: a saved run, or two over each other, as a video, a GIF and a page."""
+"""The command `animate`: a saved run, or two runs overlaid, as a video, a GIF and a page."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def animate_command(options: argparse.Namespace) -> int:
 
 
 def _film(options: argparse.Namespace, mistakes: list[str]) -> Film | None:
-    """Return what is to be shown; None if that can't be, which `mistakes` then tell."""
+    """Return the film to show; None if there can't be any: then `mistakes` say why."""
     runs: list[Result] = []
     folders: list[Path] = [options.run, *([options.other] if options.other else [])]
     for folder in folders:

@@ -1,6 +1,6 @@
-"""What the command line knows: its commands, in the order of its help, and what they take.
+"""The commands of the program, in the order of its help, and their arguments.
 
-Options that several commands share, and what an option is.
+The class of an option, and options that several commands share.
 """
 
 from __future__ import annotations
@@ -37,13 +37,14 @@ from exudyn_flexlink.shipped import (
 )
 
 # fmt: off
-# From here on tables: filled lines are read better than one of each word.
+# Tables follow: they are easier to read with several words in a line.
 
 
 class Option:
     """An option, or an argument, of a command: its help, and the rest as `argparse` has it.
 
-    `completed` is what a shell completes it with, see `parser`; without metavar it is a switch.
+    `completed` tells how a shell completes the option, see `parser`. Without metavar it is a
+    switch.
     """
 
     def __init__(self, name: str, about: str, metavar: str = "", completed: str = "",
@@ -55,7 +56,7 @@ class Option:
         self._name, self._completed, self._more = name, completed, {"help": about, **more}
 
     def add(self, parser: argparse.ArgumentParser) -> None:
-        """Let a command take it."""
+        """Add it to the parser of a command."""
         action: Any = parser.add_argument(self._name, **self._more)
         if self._completed:
             action.complete = dict.fromkeys(SHELLS, PREFIX + self._completed)
@@ -69,14 +70,14 @@ CHANGES = (
            action="append", type="outputs.watch={}".format),
     Option("--allow-outside", "let the model read CSV files outside its own folder"),
 )
-"""What replaces values of the model, and what the model may read."""
+"""Options that replace values of the model, or let it read other files."""
 
 MODEL = (
     Option("model", "model file, YAML; or the name of a model that comes with the program", "MODEL",
            MODEL_OR_FILE, type=model_path),
     *CHANGES,
 )
-"""The model, with what changes it."""
+"""The model, and the options that change it."""
 
 IMPACT = Option("--impact", "how contacts strike, instead of what the model says",
                 choices=("penalty", "impulse"))
@@ -87,12 +88,12 @@ MEASURE = Option("--no-measure", "make each run once: its errors are not known t
 
 def engine(about: str = f"what solves the equations of motion; default: {EXUDYN}",
            default: str | None = EXUDYN) -> Option:
-    """Which engine runs."""
+    """Option for the engine that runs."""
     return Option("--engine", about, choices=tuple(ENGINES), default=default)
 
 
 def without(more: str = "") -> Option:
-    """Effects that are left out."""
+    """Option for effects that are left out."""
     about = (f"{more}leave out {', '.join(EFFECT_NAMES)} (of hinges and springs; restitution "
              "stays); may be repeated")
     return Option("--without", about, "EFFECT[,EFFECT]", type=names_of(EFFECT_NAMES, "effect"),
@@ -100,17 +101,17 @@ def without(more: str = "") -> Option:
 
 
 def force(about: str) -> Option:
-    """That files are replaced."""
+    """Option that lets files be replaced."""
     return Option("--force", about)
 
 
 def out(metavar: str, about: str, read: Any = Path) -> Option:
-    """Where something is written, a folder (DIR) or a file."""
+    """Option for where something is written: a folder (DIR) or a file."""
     return Option("--out", about, metavar, FOLDER if metavar == "DIR" else FILE, type=read)
 
 
 def formats(known: tuple[str, ...], about: str, default: str) -> Option:
-    """Formats of files; `default` says in words which are usual."""
+    """Option for formats of files; `default` says in words which are usual."""
     read = names_of(known, "format")
     about = f"{about}: {', '.join(known)}; default: {default}; may be repeated"
     return Option("--format", about, "FORMAT[,FORMAT]", action="extend",
@@ -126,14 +127,14 @@ FIGURES = (
 
 
 def figure(about: str) -> tuple[Option, Option]:
-    """One figure, by the name of its file."""
+    """Options for a single figure, by the name of its file."""
     about += "; png, pdf or svg by FILE's ending"
     return (Option("--figure", about, "FILE", FILE, type=figure_file),
             force("replace FILE also if it is no figure of this program"))
 
 
 def output(suffix: str = "") -> tuple[Option, ...]:
-    """Where a run is written, with which figures, and how quietly."""
+    """Options for where a run is written, with which figures, and how quietly."""
     return (
         out("DIR", f"where to write; default: runs/<name of the model>{suffix}, with the options "
             "in its name"),
@@ -156,10 +157,11 @@ NEW_MODEL = "no_clearance"
 
 
 class Command(NamedTuple):
-    """What a command takes, and its help: one sentence, and examples without the program's name.
+    """Arguments of a command, and its help: a sentence, and examples without the program's name.
 
-    ``NAME_command`` of the module carries it out. That is imported when it is called: it takes much
-    longer than to print a help text. ``python -OO`` leaves no docstring to tell more.
+    ``NAME_command`` of the module carries it out. The module is imported when the command runs:
+    this takes much longer than to print a help text. The help is not a docstring, since
+    ``python -OO`` removes docstrings.
     """
 
     module: str
@@ -391,7 +393,7 @@ COMMANDS = {
 
 
 def program_parser(called: str = PROGRAM) -> argparse.ArgumentParser:
-    """Return what reads the arguments of a command line; `called` as usage lines say."""
+    """Return the parser of a command line; usage lines give the program the name `called`."""
     parser = Parser(
         prog=called,
         description="Slot-driven flexible mechanisms with impact, from a YAML model to numbers.",

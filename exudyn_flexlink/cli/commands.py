@@ -88,7 +88,7 @@ def plot_command(options: argparse.Namespace) -> int:
 
 
 def _require_columns(names: Sequence[str], swept: SweepTable | None) -> None:
-    """Refuse names that are no observables of a sweep."""
+    """Refuse names that are not observables of a sweep."""
     if names and swept is None:
         raise argparse.ArgumentTypeError("'--of' is for the folder of a sweep")
     known = () if swept is None else swept.observables

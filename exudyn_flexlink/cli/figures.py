@@ -1,4 +1,4 @@
-"""Figures as the command line asks for them: their formats, and the style they are drawn in."""
+"""Figures as the command line asks for them: their formats and their style."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FILES = {
     "against": "comparison",
     "work_precision": "accuracy",
-}  # where names are not those of `plots`
+}  # figures whose name is not that of their function in `plots`
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Look:
         save_figures(result, folder, self.formats, STYLES[self.style])
 
     def save(self, draw: Callable[..., Figure | None], what: Any, folder: Path, name: str) -> None:
-        """Draw one figure of something into an existing folder, if there is any."""
+        """Draw one figure of something into an existing folder, if there is a figure of it."""
         from exudyn_flexlink.plots import STYLES, save_figure
 
         figure = draw(what, style=STYLES[self.style])
@@ -45,7 +45,7 @@ class Look:
 
 
 def look_of(options: argparse.Namespace) -> Look:
-    """Return how figures shall look."""
+    """Return the look of figures that the options ask for."""
     usual = Look()
     formats = tuple(dict.fromkeys(options.format or usual.formats))
     return Look(formats, options.style or usual.style)
@@ -54,9 +54,9 @@ def look_of(options: argparse.Namespace) -> Look:
 def draw_figure(
     options: argparse.Namespace, figure: str, what: Any, folder: Path, **more: Any
 ) -> None:
-    """Draw a figure of `plots`, by its name there, into an existing folder, if there is any.
+    """Draw a figure of `plots`, if it exists, by its name there, into an existing folder.
 
-    `more` is handed on to who draws it.
+    `more` goes to the function that draws it.
     """
     from exudyn_flexlink import plots
 
@@ -66,7 +66,7 @@ def draw_figure(
 
 
 def idle_options(options: argparse.Namespace) -> str:
-    """Say which options mean nothing, since no figures are wanted; empty if none does."""
+    """Name the options without effect, since no figures are wanted; empty if there are none."""
     if not getattr(options, "no_plots", False):
         return ""
     why = "for figures, which '--no-plots' leaves out"
@@ -74,7 +74,7 @@ def idle_options(options: argparse.Namespace) -> str:
 
 
 def idle_text(options: argparse.Namespace, names: Sequence[str], why: str) -> str:
-    """Say which of some options are given all the same; empty if none is."""
+    """Name those of some options that are given although they have no effect; empty if none is."""
     given = [f"'--{name}'" for name in names if getattr(options, name) is not None]
     verb = "are" if len(given) > 1 else "is"
     return f"{' and '.join(given)} {verb} {why}" if given else ""

@@ -1,8 +1,8 @@
-"""How commands keep their results, so that no failure of a figure or a page costs any numbers.
+"""How commands keep their results: if a figure or a page fails, no numbers are lost.
 
-A result goes into the folder that is asked for, or into one beside it; its name comes from the
-options. Numbers are saved first, then figures are drawn. Ctrl-C waits while numbers are saved. The
-command `new`, which copies a model that comes with the program, is here, too.
+A result goes into the folder that the user names, or else into a folder named by the options.
+Numbers are saved first, then figures are drawn. Ctrl-C waits while numbers are saved. The command
+`new`, which copies a model that comes with the program, is here, too.
 """
 
 from __future__ import annotations
@@ -56,22 +56,22 @@ if TYPE_CHECKING:
 
 
 DIGEST = 8  # hex digits of a SHA-256: 4e9 names; a folder holds a few hundred
-UNSAFE = re.compile(r"[^\w.,=+-]+")  # what a shell, or a file system, takes for something else
+UNSAFE = re.compile(r"[^\w.,=+-]+")  # special to a shell or a file system
 NUMBER = re.compile(r"([+-]?[\d.]+(?:e[+-]?\d+)?)\s*([a-z][a-z /]*)?", re.IGNORECASE)
 
 
 class Place:
-    """The folder of a result: `target` is where it shall be, and after writing where it is."""
+    """The folder of a result: `target` is the wanted folder, and after writing the actual one."""
 
     def __init__(self, options: argparse.Namespace, suffix: str = "", what: str = "run") -> None:
-        """Take the place that was asked for, or a folder in `runs` named as the run is.
+        """Take the folder that the options name, or a folder in `runs` with the name of the run.
 
         `what` is the kind of result, see `storage.manifest`.
         """
         self._what = what
         self.target: Path = options.out or Path("runs") / run_name(options, suffix)
         self._force, self._quiet = options.force, options.quiet
-        self._replaces: bool | None = None  # an earlier run; known when writing begins
+        self._replaces: bool | None = None  # an earlier run? Known when writing begins
         self._why: KeptBesideError | None = None
         self._pressed = False
 
@@ -80,7 +80,7 @@ class Place:
         return INTERRUPTED if self._pressed else code
 
     def tell(self, text: str) -> None:
-        """Print a summary, then where the result is and what is in it; nothing if it is `quiet`."""
+        """Print a summary, the folder of the result and its contents; nothing with `--quiet`."""
         if self._quiet:
             return
         tell(text)
@@ -88,9 +88,9 @@ class Place:
         tell(f"\nWritten to {self.target}{os.sep}{instead}:\n  {contents(self.target)}")
 
     def ended(self, code: int, whole: str = "") -> int:
-        """Say why the result is in another folder than it should be; returns the exit code.
+        """Say why the result is not in the wanted folder; returns the exit code.
 
-        If Ctrl-C came after the result was complete, the message says what is `whole`.
+        `whole` is the message if Ctrl-C came after the result was complete.
         """
         code = self.code(code)
         if code == INTERRUPTED and whole:
@@ -124,10 +124,10 @@ def contents(folder: Path) -> str:
 def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     """Return the name of the folder for a run of a model with the options of the command line.
 
-    Such as ``no_clearance-lagrangian-turns=2``. Only what changes the motion is in the name: the
-    engine if it is not Exudyn, the kind of impact, effects left out, and settings, with what is
-    varied, in the order of their names. A name that is too long, or from which characters were
-    removed, ends in a digest of the whole.
+    An example is ``no_clearance-lagrangian-turns=2``. The name has only what changes the motion:
+    the engine if it is not Exudyn, the kind of impact, effects left out, then settings and varied
+    paths, in alphabetical order. If the name is shortened, or loses characters, it ends in a digest
+    of the whole name.
     """
     model: Path = options.model
     # The stem of '..yaml' is '.', which would be the folder above.
@@ -146,7 +146,7 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
     parts += [name for name, _ in set_values]
     short = "-".join([whole, *parts])
     lossless = all(UNSAFE.search(name) is None for name in parts)
-    if lossless and len(short) <= max(WIDTH, len(whole)):  # a listing shows it whole
+    if lossless and len(short) <= max(WIDTH, len(whole)):  # short enough to stay whole
         return short
     digest = hashlib.sha256(
         "\n".join([*parts, *(text for _, text in set_values)]).encode()
@@ -157,10 +157,10 @@ def run_name(options: argparse.Namespace, suffix: str = "") -> str:
 
 
 def _setting(path: str, value: str) -> str:
-    """Return a setting without its section, and a number without the spaces before its unit."""
+    """Return a setting without its section, and without spaces between a number and its unit."""
     key = path.strip().partition(".")[2] or path.strip()
     value = value.strip()
-    if not value:  # what is varied within its own bounds
+    if not value:  # a varied path without bounds
         return key
     quantity = NUMBER.fullmatch(value)
     if quantity:  # "15 rad/s", "2 N m s/rad": no unit has a dot or an underscore, nothing is lost
@@ -170,14 +170,14 @@ def _setting(path: str, value: str) -> str:
 
 
 REFUSALS = (ArgumentTypeError, CannotStartError, ImpossibleLengthError, SceneError, StorageError)
-"""Errors by which a command refuses what it is asked for, and ends with exit code 2.
+"""Errors by which a command refuses a request; the exit code is then 2.
 
-Options that can't be, models with mistakes, places that can't be read or written, no workers.
+They mean impossible options, models with mistakes, unreadable or unwritable places, no workers.
 """
 
 
 def save_and_draw(save: Callable[[], Any], draw: Callable[[], Any] | None, folder: Path) -> int:
-    """Save numbers, for which Ctrl-C waits; then `draw` figures, if any are wanted.
+    """Save numbers while Ctrl-C waits; then `draw` figures, if any are wanted.
 
     Returns the exit code; see `draw_figures`.
     """
@@ -203,8 +203,8 @@ def write_study(
 def draw_figures(folder: Path, draw: Callable[[], Any]) -> int:
     """Draw figures into a folder beside the numbers.
 
-    Returns the exit code: `DONE`, `INTERRUPTED` if the user did not wait for them, or `FAILED` if
-    they can't be drawn, which a message says. Where it is not `DONE`, no figure is left.
+    Returns the exit code: `DONE`, `INTERRUPTED` if the user pressed Ctrl-C, or `FAILED`, with a
+    message, if figures can't be drawn. Unless it is `DONE`, no figure is left in the folder.
     """
     code = add_output("figures", draw)
     for suffix in FIGURE_FORMATS if code else ():
@@ -214,7 +214,7 @@ def draw_figures(folder: Path, draw: Callable[[], Any]) -> int:
 
 
 def add_output(what: str, make: Callable[[], Any]) -> int:
-    """Make a figure or a page of numbers that are saved; returns the exit code.
+    """Make a figure or a page of saved numbers; returns the exit code.
 
     A message says why it failed, and that the numbers are kept.
     """
@@ -222,7 +222,7 @@ def add_output(what: str, make: Callable[[], Any]) -> int:
         make()
     except KeyboardInterrupt:
         return INTERRUPTED
-    except Exception as error:  # a mistake of the program, too
+    except Exception as error:  # includes errors in the program itself
         return complain(f"no {what}: {_why_not(error)}; the numbers are kept", FAILED)
     return DONE
 
@@ -242,7 +242,7 @@ def make_output(what: str, make: Callable[[], Any]) -> int:
     """Make the only output of a command; returns the exit code, and reports errors of the program.
 
     Raises:
-        REFUSALS: the user asked for something that can't be.
+        REFUSALS: the user asked for something impossible.
 
     """
     try:
@@ -314,7 +314,7 @@ def _write(texts: dict[Path, str], model: str, *, force: bool) -> None:
 
 
 def _next_steps(target: Path, title: str, points: list[str]) -> str:
-    """Say what was written, and what may be done with it."""
+    """Say what was written, and what the user may do with it."""
     program, file = how_called(), shlex.quote(str(target))
     needed = [f"  {target.with_name(name)}  its points" for name in points]
     return "\n".join(
@@ -356,7 +356,7 @@ def _text(file: Path) -> str:
 
 
 class DeferrableInterrupt:
-    """A handler of Ctrl-C that calls the handler `before`, until `defer`; then it only notes it."""
+    """A handler of Ctrl-C: it calls the handler `before`; after `defer` it only sets `pending`."""
 
     def __init__(self, before: Any) -> None:
         self.before = before
@@ -371,7 +371,7 @@ class DeferrableInterrupt:
         elif callable(self.before):
             self.before(number, frame)
         elif number != signal.SIGINT:
-            # Handlers of other signals call this one, too. Only Ctrl-C may be ignored.
+            # Other signals come through this handler, too. Only Ctrl-C may be ignored.
             raise KeyboardInterrupt
 
     def defer(self) -> None:
@@ -381,7 +381,7 @@ class DeferrableInterrupt:
 
 @contextmanager
 def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Let a handler take Ctrl-C inside."""
+    """Let a handler take Ctrl-C within this context."""
     before = signal.getsignal(signal.SIGINT)
     try:
         signal.signal(signal.SIGINT, handler)
@@ -404,10 +404,10 @@ def deferrable_interrupts() -> Iterator[DeferrableInterrupt]:
 
 @contextmanager
 def interrupts(end: Callable[[], None]) -> Iterator[None]:
-    """Let Ctrl-C call `end`, so that it does not interrupt a solver at any point.
+    """Let Ctrl-C call `end` in place of interrupting a solver anywhere.
 
-    After that `simulate` puts the result together, and Ctrl-C is deferred. Where Ctrl-C is ignored,
-    it stays ignored; then only other signals, which come this way, too, end the run.
+    Then `simulate` puts the result together, and further Ctrl-C is deferred. If Ctrl-C is ignored,
+    it stays ignored; only other signals, which use the same handler, then end the run.
     """
     before = signal.getsignal(signal.SIGINT)
     ignored = (
@@ -428,6 +428,6 @@ def interrupts(end: Callable[[], None]) -> Iterator[None]:
 
 @contextmanager
 def ends_runs() -> Iterator[None]:
-    """Let Ctrl-C end the runs that are made inside: see `interrupts`."""
+    """Let Ctrl-C end the runs within this context: see `interrupts`."""
     with stopped_by(Stopping(interrupts, deferrable_interrupts)):
         yield

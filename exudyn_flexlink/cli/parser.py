@@ -1,8 +1,6 @@
-"""How bad arguments of the command line are answered: with what is wrong and what was meant.
+"""The parser of the command line: for bad arguments it says what is wrong and what was meant.
 
 The command `completion`: a script with which a shell completes this program's arguments.
-
-The commands that solve nothing: `check`, `plot`, `report`, `schema`.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ WENT = {
 
 
 def _setting_of(key: str) -> str:
-    """Return how a key of the model is set, if it is one of those that `load_scene` takes, too."""
+    """Return how to set a key of the model, if `load_scene` takes this key, too."""
     from exudyn_flexlink.scene import SECTION_OF
 
     section = SECTION_OF.get(key)
@@ -35,7 +33,7 @@ class Parser(argparse.ArgumentParser):
     """A parser that says what is wrong, without ten lines of usage before it."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse here what is unknown: a command knows its own options, the program does not."""
+        """Refuse unknown arguments here: only a command knows its own options."""
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
             from exudyn_flexlink.source import did_you_mean
@@ -53,7 +51,7 @@ class Parser(argparse.ArgumentParser):
             key = name.lstrip("-")
             if "--set" in options and (hint := _setting_of(key)):
                 self.error(f"no option '{name}'\nhint: {hint}")
-            # Without hyphens, which all options have in common.
+            # Compare without hyphens: all options have these.
             known = [option.lstrip("-") for option in options] if key != name else []
             near = did_you_mean(key, known, "--")
             self.error(f"unknown argument '{word}'{near}")
@@ -73,7 +71,7 @@ class Parser(argparse.ArgumentParser):
         raise argparse.ArgumentError(action, f"no '{value}'{near}{listed}")
 
     def error(self, message: str) -> NoReturn:
-        """Say it, with a hint, and end the program: bad input."""
+        """Print the message with a hint, and end the program with the exit code of bad input."""
         complain(f"{self.prog}: {message}")
         if "\nhint: " not in message:
             complain(f"hint: '{self.prog} --help' tells what it takes")
@@ -81,10 +79,10 @@ class Parser(argparse.ArgumentParser):
 
 
 class ShowVersion(argparse.Action):
-    """Looks the version up only when it is asked for."""
+    """Looks up the version only when the user asks for it."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        """Print it, and end the program."""
+        """Print the version, and end the program."""
         from exudyn_flexlink.shipped import THIS, version_of
 
         print(f"{THIS} {version_of(THIS)}")
@@ -92,10 +90,10 @@ class ShowVersion(argparse.Action):
 
 
 SHELLS = ("bash", "zsh")
-PREFIX = "_exudyn_flexlink_"  # of the scripts' functions
+PREFIX = "_exudyn_flexlink_"  # of the functions in completion scripts
 
-# What follows a command. shtab's bash script takes functions with "_file" or "_dir" in their names
-# for those of paths, and puts a slash, not a space, behind a folder.
+# Kinds of a command's arguments. In shtab's bash script, functions with "_file" or "_dir" in their
+# names complete paths: they append a slash, not a space, to a folder.
 MODEL, MODEL_OR_FILE, FILE, FOLDER = "model", "file_or_model", "file", "dir"
 BENCHMARK = "benchmark"
 

@@ -45,7 +45,7 @@ from exudyn_flexlink.source import Mistake, SceneError
 
 
 def refuse_idle_integrator(options: argparse.Namespace, engine: str) -> None:
-    """Refuse a setting of the command line that means nothing to Exudyn."""
+    """Refuse a setting of the command line that Exudyn does not use."""
     asked = any(
         setting.startswith("solver.integrator")
         or (setting.startswith("solver=") and "integrator:" in setting)
@@ -65,7 +65,7 @@ def read_scene(options: argparse.Namespace) -> Scene:
 
 
 def changed(scene: Scene, impact: str | None, without: list[str]) -> Scene:
-    """Return the scene with another kind of impact, and without effects, as its title says."""
+    """Return the scene with another kind of impact, and without effects; its title tells so."""
     if impact is None and not without:
         return scene
     effects = present(scene, without)
@@ -102,10 +102,10 @@ def run(
     what: str = "simulating",
     beside: Beside | None = None,
 ) -> tuple[Result, bool]:
-    """Run an engine once, and show its progress: `what` is going on.
+    """Run an engine once, and show its progress; `what` names the activity.
 
-    The second run may begin `beside` it. Also returns whether Ctrl-C came. If it came too late to
-    stop the run, the run is complete; else its outcome says that it was interrupted.
+    The second run may begin `beside` it. Also returns whether the user pressed Ctrl-C. If that was
+    too late to stop the run, the run is complete; else its outcome says that it was interrupted.
     """
     with _refusals(scene, engine, options):
         try:
@@ -124,9 +124,9 @@ def measured(
     beside: Beside,
     what: str = "again, to measure errors",
 ) -> tuple[Result, bool]:
-    """Make the second run, which tells how far the first is off, and show its progress.
+    """Make the second run, which tells the error of the first, and show its progress.
 
-    Returns the more accurate of both; also tells whether the user gave up.
+    Returns the more accurate run, and whether the user interrupted.
     """
     try:
         with progress_bar(options.quiet, what) as progress, ends_runs():
@@ -163,7 +163,7 @@ def single_runs(
 
 @contextmanager
 def _refusals(scene: Scene, engine: str, options: argparse.Namespace) -> Iterator[None]:
-    """Let a refusal of an engine name the part of the file that the engine can't represent."""
+    """If an engine refuses a scene, name the part of the file that it can't represent."""
     try:
         yield
     except engines.NotRepresentableError as error:
@@ -188,8 +188,8 @@ def simulate_command(options: argparse.Namespace) -> int:
 def _both(
     scene: Scene, options: argparse.Namespace, place: Place, beside: Beside
 ) -> tuple[Result, int]:
-    """Make the run, and the one that measures it, and write them; returns the exit code, too."""
-    # The folder is staged first: the user should know before the run that it can't be written.
+    """Make and write the run and the one that measures its error; also return the exit code."""
+    # Prepare the folder first: a user learns before the run if it can't be written.
     with place.written() as folder:
         measuring = beside if options.measure else None
         result, interrupted = run(scene, options.engine, options, beside=measuring)
@@ -198,7 +198,7 @@ def _both(
         second = options.measure and not late and result.error == NOT_ASKED
         code = _write(result, folder, options, late=late, figures=not second)
     code = place.code(code)
-    if second and code == DONE:  # the first is kept, whatever becomes of the second
+    if second and code == DONE:  # keep the first run even if the second fails
         result, late = measured(result, options, beside)
         with place.written() as folder:
             code = _write(result, folder, options, late=late)
@@ -223,9 +223,9 @@ def _write(
 
 
 def _announce(result: Result, options: argparse.Namespace) -> None:
-    """Say what is still done after Ctrl-C, since it may take some seconds.
+    """After Ctrl-C say what is still to be done, since it may take some seconds.
 
-    A process that ends the run by another signal may not wait, so that figures are left out.
+    A process that ends the run by another signal may not wait; so no figures are drawn then.
     """
     if result.outcome.reason != STOPPED:
         return
@@ -238,9 +238,9 @@ def _announce(result: Result, options: argparse.Namespace) -> None:
 
 
 def _tell(result: Result, place: Place, quiet: bool, code: int) -> int:
-    """Print the summary; warnings and a failure also where the summary is not wanted.
+    """Print the summary; with `quiet` only warnings and a failure.
 
-    `code` is the exit code of a run that is whole.
+    `code` is the exit code if the run is complete.
     """
     place.tell(run_text(result))
     for hint in () if quiet else idle_settings(result):

@@ -1,6 +1,6 @@
-"""What the program does in the process that it starts for the second run of a scene.
+"""The program of the process that makes the second run of a scene.
 
-See `engines.beside`: the folder that is its argument holds what is asked for, and gets the result.
+See `engines.beside`: the argument is a folder, which holds the request and gets the result.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from exudyn_flexlink.engines.interrupts import ASKED, DONE, MADE
 
 
 def main(folder: Path) -> None:
-    """Make the run; one that goes wrong is told by its exception."""
+    """Make the run; write its result, or an error that the caller expects, into the folder."""
     parent = os.getppid()
 
     def note(done: float) -> None:
-        if os.getppid() != parent:  # nobody waits for it any more
+        if os.getppid() != parent:  # nobody waits for the result any more
             os._exit(1)
         (folder / DONE).write_text(f"{done:.4f}")
 

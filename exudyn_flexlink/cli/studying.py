@@ -4,7 +4,7 @@ The command `compare`: both engines, a model without an effect, or a run with me
 
 The command `sweep`: a model at many points, each a row of one table.
 
-The command `verify`: benchmarks, held against numbers that others published.
+The command `verify`: benchmarks, compared with numbers that others published.
 """
 
 from __future__ import annotations
@@ -84,12 +84,12 @@ from exudyn_flexlink.storage.documents import in_json
 from exudyn_flexlink.verification import Benchmark, VerifiedRun, judged, read_benchmark
 
 OF_MODELS = {"settings": "set", "impact": "impact", "without": "without", "engine": "engine"}
-"""Options that change a model, which a saved run no longer is."""
+"""Options that change a model: they have no effect on a saved run."""
 UNCOMPARED = "interrupted before two runs were compared; nothing was written"
 
 
 def compare_command(options: argparse.Namespace) -> int:
-    """Run both scenes or engines, write both and what they differ in; returns the exit code."""
+    """Run both scenes or engines, write both and their differences; returns the exit code."""
     if options.other is not None:
         return _compare_saved(options)
     if options.column or options.shift != 0:
@@ -104,7 +104,7 @@ def compare_command(options: argparse.Namespace) -> int:
     if options.without:
         refuse_idle_integrator(options, options.engine or EXUDYN)
     try:
-        # The folder is staged first: one that can't be written is no news for the end of a run.
+        # Prepare the folder first: a user learns before the run if it can't be written.
         with place.written() as folder:
             comparison, whole = (
                 _without_effects(options) if options.without else _both_engines(options)
@@ -116,10 +116,10 @@ def compare_command(options: argparse.Namespace) -> int:
 
 
 def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
-    """Compare Exudyn with the Lagrangian; tells whether both runs are whole, too."""
+    """Compare Exudyn with the Lagrangian; also tells whether both runs are complete."""
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
-    # The Lagrangian first: it represents less, and what it refuses should cost no time.
+    # The Lagrangian runs first: it represents fewer scenes, and a refusal then costs no time.
     try:
         judge, _ = _run(scene, LAGRANGIAN, LAGRANGIAN, options, last=False)
     except SceneError as error:
@@ -133,7 +133,7 @@ def _both_engines(options: argparse.Namespace) -> tuple[Comparison, bool]:
 
 
 def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
-    """Compare the scene without some effects, the paper's (a), with the scene itself, its (b)."""
+    """Compare the scene without some effects, (a) in the paper, with the scene itself, (b)."""
     engine = options.engine or EXUDYN
     given = load_scene(options.model, options.settings, options.allow_outside)
     require_length("--tolerance", options.tolerance, given)
@@ -158,12 +158,12 @@ def _without_effects(options: argparse.Namespace) -> tuple[Comparison, bool]:
 def _run(
     scene: Scene, engine: str, what: str, options: argparse.Namespace, *, last: bool = True
 ) -> tuple[Result, bool]:
-    """Run one of the two that are compared, and measure it; of the `last` a part will do.
+    """Make one of the two runs to compare, and measure its error; the `last` one may be partial.
 
-    Tells whether the user let it end.
+    Also tells whether the run was not interrupted.
 
     Raises:
-        KeyboardInterrupt: the user had enough before there was anything of both.
+        KeyboardInterrupt: the user interrupted before there were numbers of both runs.
 
     """
     measure = options.measure
@@ -179,7 +179,7 @@ def _run(
 def _write_comparison(
     compared: Comparison, folder: Path, options: argparse.Namespace, *, whole: bool
 ) -> int:
-    """Write numbers, then figures if it is `whole`; returns the exit code, see `save_and_draw`."""
+    """Write numbers, then figures if the runs are `whole`; returns the code of `save_and_draw`."""
     places = [(seen.result, folder / seen.name.replace(" ", "_")) for seen in compared.both]
 
     def save_all() -> None:
@@ -198,7 +198,7 @@ def _write_comparison(
 def _tell_comparison(
     comparison: Comparison, place: Place, options: argparse.Namespace, drew: int
 ) -> int:
-    """Print the table; warnings, failures and an excess also where the table is not wanted."""
+    """Print the table; with `--quiet` only warnings, failures and an exceeded tolerance."""
     place.tell(comparison_text(comparison))
     code = drew
     for seen in comparison.both:
@@ -264,7 +264,7 @@ def accuracy_command(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     require_length("--target", options.target, scene)
     try:
-        # The folder is staged first: one that can't be written is no news for the end of a study.
+        # Prepare the folder first: a user learns before the study if it can't be written.
         with place.written() as folder:
             runs = _runs(scene, options)
             with deferrable_interrupts() as ctrl_c:
@@ -298,7 +298,7 @@ def _runs(scene: Scene, options: argparse.Namespace) -> accuracy.Runs:
 
 
 class Solver:
-    """Runs scenes and shows the part of the budget that is used; stops runs that take too long."""
+    """Runs scenes and shows the used part of the budget; stops runs that take too long."""
 
     def __init__(self, bar: Quiet, budget: float) -> None:
         self._bar, self._budget = bar, budget
@@ -319,7 +319,7 @@ class Solver:
         except engines.NotRepresentableError as error:
             raise accuracy.RefusedError(str(error)) from error
         used = time.process_time() - began
-        if allowed == inf:  # warming up is not counted
+        if allowed == inf:  # a warm-up run does not count
             self._ends = time.monotonic() + self._budget
         self._show()
         if result.outcome.reason == STOPPED and not watch.given_up:
@@ -341,7 +341,7 @@ class Watch:
         self.given_up = False
 
     def __call__(self, done: float) -> None:
-        """Look at the clock; a run that is `done`, 1, is not stopped."""
+        """Look at the clock; a run is not stopped at its end, where `done` is 1."""
         self._show()
         if done < 1 and time.monotonic() > self._ends and not self.given_up:
             self.given_up = True
@@ -356,7 +356,7 @@ def fit_command(options: argparse.Namespace) -> int:
     series = read_series(scene, options.measured, pairs("--column", options.column))
     vary = {path: bounds or None for path, bounds in pairs("--vary", options.vary).items()}
     try:
-        # The folder is staged first: one that can't be written is no news for the end of a fit.
+        # Prepare the folder first: a user learns before the fit if it can't be written.
         with place.written() as folder:
             with single_runs(scene, options, "fit") as (simulate, bar):
                 fitted = fit(scene, series, vary, simulate, bar)
@@ -379,7 +379,7 @@ def stability_command(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     require_length("--tolerance", options.tolerance, scene)
     try:
-        # The folder is staged first: one that can't be written is no news for the end of a study.
+        # Prepare the folder first: a user learns before the study if it can't be written.
         with place.written() as folder:
             study = _studied(scene, options)
             code = write_study(study, folder, options, "stability")
@@ -425,7 +425,7 @@ def sweep_command(options: argparse.Namespace) -> int:
 
 
 def _planned(options: argparse.Namespace) -> sweeps.Sweep:
-    """Make the plan that a study file, or the options, ask for."""
+    """Make the plan of a study file, or of the options."""
     if options.over:
         options.model = model_path(options.source)
         mistakes: list[Mistake] = []
@@ -452,7 +452,7 @@ def _planned(options: argparse.Namespace) -> sweeps.Sweep:
 
 
 def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
-    """Read '--over path=values'; a path twice would be varied by one of them alone."""
+    """Read '--over path=values'; refuse a path that is given twice."""
     paths: dict[str, str] = {}
     for text in texts:
         path, equals, values = (part.strip() for part in text.partition("="))
@@ -463,7 +463,7 @@ def _varied(texts: list[str], mistakes: list[Mistake]) -> dict[str, str]:
             mistakes.append(Mistake((path,), "is varied twice"))
         else:
             paths[path] = values
-            if not {":", ","} & set(values):  # '5-15' is a difference
+            if not {":", ","} & set(values):  # '5-15' would be a difference
                 examples = "a range is '6:14:9', a list '6, 14'"
                 complain(f"hint: {path} has one value, '{values}'; {examples}")
     return paths
@@ -499,7 +499,7 @@ def _swept(
 
 
 def _progress(count: Counter[str], points: int) -> str:
-    """Rows that are there, and how many have no numbers."""
+    """The number of rows so far, and how many have no numbers."""
     failed = f", {count[sweeps.FAILED]} failed" if count[sweeps.FAILED] else ""
     return f"sweep: {count.total()} of {points} runs{failed}"
 
@@ -516,7 +516,7 @@ def _write(
 
 
 def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, code: int) -> int:
-    """Print the summary; that rows are missing, or all failed, also where it is not wanted."""
+    """Print the summary; with `--quiet` only that rows are missing, or that all failed."""
     if not options.quiet:
         tell(sweep_text(table))
         tell(f"\nWritten to {folder}{os.sep}:\n  {contents(folder)}")
@@ -531,10 +531,10 @@ def _tell(table: sweeps.SweepTable, folder: Path, options: argparse.Namespace, c
 
 
 def verify_command(options: argparse.Namespace) -> int:
-    """Run benchmarks and print how far they are off; code 1: one by more than is allowed."""
+    """Run benchmarks and print how far they are off; code 1 if one is off by more than allowed."""
     runs: list[VerifiedRun] = []
     files = options.benchmarks or benchmark_files().values()
-    # All are read before the first is run: a mistake is no news for the end.
+    # All files are read before the first run, so that mistakes show at once.
     whole = _verify([read_benchmark(file) for file in files], options, runs)
     if runs:
         tell(_printed(runs, options.form))
@@ -551,7 +551,7 @@ def verify_command(options: argparse.Namespace) -> int:
 def _verify(
     benchmarks: Sequence[Benchmark], options: argparse.Namespace, runs: list[VerifiedRun]
 ) -> bool:
-    """Make all runs, and add what comes of each to `runs`; tells whether the user let them end."""
+    """Make all runs, and add each to `runs`; tells whether none was interrupted."""
     pairs = [(benchmark, run) for benchmark in benchmarks for run in benchmark.runs]
     for i, (benchmark, planned) in enumerate(pairs, 1):
         what = f"{i} of {len(pairs)}: {benchmark.name}, {planned.name}"

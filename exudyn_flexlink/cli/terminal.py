@@ -1,10 +1,10 @@
-"""What the terminal sees besides results: exit codes, complaints, progress.
+"""What the terminal shows besides results: exit codes, complaints, progress.
 
-Ctrl-C ends a run after the step that is under way, and never loses what was computed.
+Ctrl-C ends a run after the present step; computed numbers are never lost.
 
-Signals are taken here and in `ending` alone: whoever uses the package from Python keeps theirs.
+Only the command line handles signals: programs that import the package keep their own handlers.
 
-A request to end (`kill`, a batch system, a terminal that is closed) does what Ctrl-C does.
+A request to end (`kill`, a batch system, a closed terminal) does the same as Ctrl-C.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from typing import Any, TextIO
 PACKAGE, PROGRAM = "exudyn_flexlink", "exudyn-flexlink"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 SOON = 1.0  # s: a run shorter than this needs no progress bar
-LONG, BETWEEN_LINES = 10.0, 5.0  # s: a run shorter than `LONG` stays quiet where nobody watches
+LONG, BETWEEN_LINES = 10.0, 5.0  # s: without a terminal a run shorter than `LONG` is quiet
 
 
 def prepare_streams() -> None:
-    """Make sure that whatever is said can be: to streams that were closed, or know few letters."""
+    """Let every text be printed, also if a stream is closed or lacks some letters."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
@@ -40,9 +40,9 @@ def prepare_streams() -> None:
 
 
 def release_streams() -> None:
-    """Write what stdout and stderr still hold, and drop what can't be written.
+    """Write the buffers of stdout and stderr, and drop text that can't be written.
 
-    Python would try again as it ends, and end with code 120.
+    Otherwise Python would try to write it again at its end, and exit with code 120.
     """
     for stream in (sys.stdout, sys.stderr):
         try:
@@ -52,13 +52,13 @@ def release_streams() -> None:
 
 
 def _drop(stream: TextIO) -> None:
-    """Send what a stream holds, and all that is still written to it, nowhere."""
+    """Discard the buffer of a stream, and all later output to it."""
     with suppress(io.UnsupportedOperation):  # a stream of an embedding program, without a file
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def how_called() -> str:
-    """Return how this program was called, for commands that are printed to be typed."""
+    """Return how the user called this program, for commands in messages."""
     called = Path(sys.argv[0])
     if called.name == "__main__.py" and called.parent.name == PACKAGE:
         return f"{sys.orig_argv[0]} -m {PACKAGE}"
@@ -68,9 +68,9 @@ def how_called() -> str:
 
 
 def tell(text: str) -> None:
-    """Print results at once: what is said on stderr afterwards stands below them.
+    """Print results at once, so that later messages on stderr stand below them.
 
-    A reader who has seen enough, such as `head`, costs neither warnings nor the exit code.
+    If the reader, such as `head`, closes the pipe, warnings and exit code stay as they are.
     """
     if sys.stdout.isatty():
         text = folded(text, shutil.get_terminal_size().columns)
@@ -81,9 +81,9 @@ def tell(text: str) -> None:
 
 
 def complain(text: str, code: int = DONE) -> int:
-    """Say something on stderr, and hand on the exit code that goes with it.
+    """Print a message on stderr, and return the exit code `code`.
 
-    A terminal that is gone keeps nothing from being written or ended.
+    A closed terminal does not keep the program from writing files or ending.
     """
     with suppress(OSError):
         print(text, file=sys.stderr)
@@ -91,17 +91,17 @@ def complain(text: str, code: int = DONE) -> int:
 
 
 def refuse(error: Exception, code: int = BAD_INPUT) -> int:
-    """Say why something can't be done, and the option that would do it; returns the exit code."""
+    """Say why something can't be done, and which option allows it; returns the exit code."""
     complain(str(error))
-    if getattr(error, "forcible", False):  # of storage, which is not asked by commands alone
+    if getattr(error, "forcible", False):  # an error of storage, which does not know options
         complain("hint: '--force' forces it")
     return code
 
 
 def folded(text: str, width: int) -> str:
-    """Break rows of tables, which are indented, between words where they are longer than `width`.
+    """Break indented rows, those of tables, between words if they are longer than `width`.
 
-    Sentences are left to the terminal: a command or a path in them can then be copied.
+    The terminal breaks sentences itself: so a command or path in them can be copied.
     """
     lines = []
     for line in text.split("\n"):
@@ -118,7 +118,7 @@ def folded(text: str, width: int) -> str:
 
 @contextmanager
 def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Quiet]:
-    """Give a bar where somebody sees it, a terminal; else lines, of long runs; none if `quiet`."""
+    """Give a progress bar in a terminal, else lines for long runs; nothing if `quiet`."""
     bar = (Quiet if quiet else Bar if sys.stderr.isatty() else Lines)(what)
     try:
         yield bar
@@ -127,7 +127,7 @@ def progress_bar(quiet: bool, what: str = "simulating") -> Iterator[Quiet]:
 
 
 class Quiet:
-    """Progress that nobody is shown."""
+    """Progress that is not shown."""
 
     def __init__(self, what: str) -> None:
         self._what, self._began = what, time.monotonic()
@@ -140,19 +140,19 @@ class Quiet:
         self._what = what
 
     def close(self) -> None:
-        """Take away what is shown."""
+        """Remove the display."""
 
 
 class Lines(Quiet):
-    """Now and then a line on stderr, for a log file, that appears only in runs over `LONG`."""
+    """Prints a line on stderr now and then, for a log file, in runs longer than `LONG`."""
 
     _next = LONG
     _first: tuple[float, float] | None = None
 
     def __call__(self, done: float) -> None:
-        """Tell the part that is done, 0 to 1, if it is time to."""
+        """Print the part that is done, 0 to 1, if a line is due."""
         now = time.monotonic() - self._began
-        # The rest takes as long as it would, as fast as it went since the first part that was told.
+        # The time left, at the mean speed since the first call.
         since, before = self._first = self._first or (now, done)
         if now < self._next:
             return
@@ -163,7 +163,7 @@ class Lines(Quiet):
 
 
 class Bar(Quiet):
-    """A progress bar with the time left, on stderr, that appears only in runs over a second."""
+    """A progress bar with the time left, on stderr, in runs longer than a second."""
 
     _done = 0.0
     _bar: Any = None
@@ -204,16 +204,16 @@ class Bar(Quiet):
 
 
 REQUESTS = ("SIGTERM", "SIGHUP")  # Windows has no SIGHUP
-ONE_REQUEST = 5.0  # s: a terminal that is closed, or a batch system, may ask more than once
+ONE_REQUEST = 5.0  # s: a closed terminal, or a batch system, may ask several times
 SIGNALLED = 128  # plus the signal's number: what a shell gives as exit code
 
 
 class Ending:
-    """Handles requests to end: hands them to whatever handles Ctrl-C at that moment."""
+    """Handles requests to end: passes them to the present handler of Ctrl-C."""
 
     def __init__(self) -> None:
         self.asked: signal.Signals | None = None
-        """The signal that asked for the end; None as long as none did."""
+        """The signal that asked for the end; None before any did."""
         self._since = -ONE_REQUEST
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
@@ -228,7 +228,7 @@ class Ending:
         handler(number, frame)
 
     def code(self, code: int) -> int:
-        """Exit code of a program that would end with `code` if Ctrl-C had ended it."""
+        """Exit code for the shell: of the signal that interrupted, if any, else `code`."""
         return SIGNALLED + self.asked if self.asked and code == INTERRUPTED else code
 
 
@@ -236,7 +236,7 @@ class Ending:
 def ended_by_signals() -> Iterator[Ending]:
     """Take requests to end, unless they are ignored (`nohup`) or handled by an embedding program.
 
-    A second request within `ONE_REQUEST` is the same one. Only the main thread can take signals.
+    Requests within `ONE_REQUEST` of each other count as one. Only the main thread takes signals.
     """
     ending, taken = Ending(), []
     for name in REQUESTS if current_thread() is main_thread() else ():

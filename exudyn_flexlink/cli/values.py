@@ -1,4 +1,4 @@
-"""Texts of the command line, read as what they stand for; complaints are argparse's."""
+"""Values read from texts of the command line; mistakes raise argparse's errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from exudyn_flexlink.cli.terminal import complain, how_called
 from exudyn_flexlink.shipped import FIGURE_FORMATS
 
-MOST = 1_000_000  # of laps, retries, pixels or processes: more of them nobody means
+MOST = 1_000_000  # of laps, retries, pixels or processes: more is a slip
 
 Number = TypeVar("Number", int, float)
 
@@ -20,7 +20,7 @@ Number = TypeVar("Number", int, float)
 def _number(
     what: str, read: Callable[[str], Number], fits: Callable[[Number], bool]
 ) -> Callable[[str], Number]:
-    """Return what reads a number that `fits`; `what` is what a complaint says was expected."""
+    """Return a reader of numbers that `fits` accepts; `what` tells in messages what is expected."""
 
     def value_of(text: str) -> Number:
         with suppress(ValueError):
@@ -37,7 +37,7 @@ def _positive(value: float) -> bool:
 
 
 def _size(dimension: str, bare: Callable[[float], float] = float) -> Callable[[str], float]:
-    """Return what reads a text with a unit, as a model file has it; `bare` reads one without."""
+    """Return a reader of texts with a unit, as in model files; `bare` converts one without."""
 
     def read(text: str) -> float:
         with suppress(ValueError):
@@ -54,13 +54,13 @@ length = _number("a length of more than 0, such as 1e-6 (m) or '1 um'", _size("L
 rate = _number("a number of more than 0", float, _positive)
 instant = _number("a time, such as 1.5 (s) or '20 ms'", _size("TIME"), isfinite)
 degrees = _number("an angle, such as 90 (deg) or '1 rad'", _size("ANGLE", radians), isfinite)
-"""Read in degrees, or by its unit; told in rad."""
+"""Read an angle in degrees, or with a unit; return it in rad."""
 count = _number(f"a whole number from 0 to {MOST}", int, lambda value: 0 <= value <= MOST)
 at_least_one = _number(f"a whole number from 1 to {MOST}", int, lambda value: 1 <= value <= MOST)
 
 
 def shift(text: str) -> float | str:
-    """Read what is added to times: a time, or 'find'."""
+    """Read the shift of times: a time, or 'find'."""
     return text if text == "find" else instant(text)
 
 
@@ -70,7 +70,7 @@ def names(text: str) -> list[str]:
 
 
 def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
-    """Return what reads names separated by commas, of those that are `known`."""
+    """Return a reader of names separated by commas; they must be `known`."""
 
     def read(text: str) -> list[str]:
         columns = names(text)
@@ -85,7 +85,7 @@ def names_of(known: tuple[str, ...], what: str) -> Callable[[str], list[str]]:
 
 
 def _file(*endings: str) -> Callable[[str], Path]:
-    """Return what reads the name of a file that ends so."""
+    """Return a reader of file names with one of these endings."""
 
     def read(text: str) -> Path:
         if Path(text).suffix[1:].lower() not in endings:
@@ -98,11 +98,11 @@ def _file(*endings: str) -> Callable[[str], Path]:
 
 figure_file = _file(*FIGURE_FORMATS)
 page_file = _file("html", "htm")
-"""By its ending a browser knows it."""
+"""A browser recognises the page by this ending."""
 
 
 def slow(text: str) -> Any:
-    """Read around what a film is slow: the name of a contact, or one of its strikes."""
+    """Read where a film is slow: the name of a contact, or one of its strikes."""
     from exudyn_flexlink.animation.film import Slow
 
     try:
@@ -112,9 +112,9 @@ def slow(text: str) -> Any:
 
 
 def model_path(text: str) -> Path:
-    """Return a file, or that of a model by its name where there is no such file.
+    """Return the file of this path; if there is none, the file of the model with this name.
 
-    A folder is no file: beside one of the same name, the name is that of the model.
+    A folder does not count as a file: a model's name means the model even beside such a folder.
     """
     if not text:
         raise argparse.ArgumentTypeError("expected a file, or the name of a model; got nothing")
@@ -132,9 +132,9 @@ def model_path(text: str) -> Path:
 
 
 def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Path:
-    """Return the file of a model that comes with the program; `what` says what there is not.
+    """Return the file of a model that comes with the program; `what` is the message without one.
 
-    `meant` is what a complaint suggests; by default the model whose name is nearest.
+    The message suggests `meant`, by default the model with the nearest name.
     """
     from exudyn_flexlink.shipped import known_names, model_file
     from exudyn_flexlink.source import did_you_mean
@@ -148,7 +148,7 @@ def shipped_model(name: str, what: str = "no model '{}'", meant: str = "") -> Pa
 
 
 def published_file(text: str) -> Path:
-    """Return a file of published numbers, or that of a benchmark by its name."""
+    """Return a file of published numbers, given by its path or by the name of a benchmark."""
     from exudyn_flexlink.shipped import PUBLISHED, benchmark_files
     from exudyn_flexlink.source import unknown
 

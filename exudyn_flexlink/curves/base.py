@@ -1,12 +1,14 @@
 """What every plane curve can do, and how a curve made of several pieces does it.
 
-Lengths in m, angles in rad, curvature in 1/m, positive where the curve bends to the left. A curve
-is a parameter range ``start <= u <= end`` and the smooth pieces over it; the parameter differs from
-piece to piece (angle, length), so ``|dP/du|`` jumps where pieces meet, the direction does not.
+Lengths are in m, angles in rad. Curvature is in 1/m, positive where the curve bends to the left. A
+curve has a parameter range ``start <= u <= end`` and smooth pieces over it. The parameter is an
+angle on one piece and a length on another, so ``|dP/du|`` jumps where pieces meet. The direction
+does not jump.
 
-A foot point is where the distance from a point to a curve is smallest. The sign of
-``g(u) = (P - q) . dP/du`` tells the direction downhill; g is continuous up to positive jumps at the
-breaks, hence bracketing plus Newton, which needs no smoothness where pieces meet.
+At a foot point the distance from a point q to a curve is smallest. The sign of
+``g(u) = (P - q) . dP/du`` tells in which direction the distance falls. g is continuous, except for
+positive jumps at the breaks. So the search is Newton's method within brackets: this needs no
+smoothness where pieces meet.
 """
 
 from __future__ import annotations
@@ -25,14 +27,14 @@ from exudyn_flexlink.rounding import NEGLIGIBLE
 
 MOST_CANDIDATES = 16
 AT_ONCE = 4096  # points whose distances from all samples are held in memory together
-HALVINGS = 60  # of a range that is searched: to rounding
+HALVINGS = 60  # of a searched range: down to rounding
 
 
 def candidates(curve: Curve, target: FloatArray) -> FloatArray:
     """Parameters of local minima of the distance to ``target`` (2,), the closest first.
 
-    Only minima that can be the closest, given the spacing of the samples, and at most
-    ``MOST_CANDIDATES`` of them (the centre of a circle has infinitely many).
+    Only minima that can be the closest at this spacing of the samples. At most ``MOST_CANDIDATES``
+    of them, since the centre of a circle has infinitely many.
     """
     points = curve.samples[1]
     lows = _sampled_minima(curve, np.linalg.norm(points - target, axis=1), points)
@@ -42,7 +44,7 @@ def candidates(curve: Curve, target: FloatArray) -> FloatArray:
 
 
 def closest(curve: Curve, targets: FloatArray) -> FloatArray:
-    """Parameters (...) of the places next to `targets` (..., 2), in the parameter range."""
+    """Parameters (...), within the range, of the places closest to `targets` (..., 2)."""
     points, feet = targets.reshape(-1, 2), [np.empty(0)]
     for first in range(0, len(points), AT_ONCE):
         some = points[first : first + AT_ONCE]
@@ -53,11 +55,11 @@ def closest(curve: Curve, targets: FloatArray) -> FloatArray:
 
 
 def _around(curve: Curve, i: IndexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Parameters of samples, and of those before and after each."""
+    """Parameters of samples, of the samples before them, and of those after them."""
     grid, _ = curve.samples
     last = len(grid) - 1
     low, high = grid[np.maximum(i - 1, 0)], grid[np.minimum(i + 1, last)]
-    if curve.closed:  # its last sample is the first one again
+    if curve.closed:  # its last sample repeats the first
         low = np.where(i > 0, low, grid[-2] - curve.period)
         high = np.where(i < last, high, grid[1] + curve.period)
     return grid[i], low, high
@@ -66,9 +68,9 @@ def _around(curve: Curve, i: IndexArray) -> tuple[FloatArray, FloatArray, FloatA
 def _settled(
     curve: Curve, targets: FloatArray, u: FloatArray, low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Zeros (n,) of g between two parameters, from `u`: Newton, halves where that goes astray.
+    """Zeros (n,) of g between two parameters, by Newton's method from `u`, else by bisection.
 
-    An end where g has one sign only.
+    If g has only one sign there, an end of the interval.
     """
     for _ in range(HALVINGS):
         g, growth = _slope(curve, targets, u)
@@ -87,7 +89,7 @@ def _sampled_minima(curve: Curve, distance: FloatArray, points: FloatArray) -> I
     ends = np.inf if not curve.closed else None
     before = np.concatenate([[ends or distance[-2]], distance[:-1]])
     after = np.concatenate([distance[1:], [ends or distance[1]]])
-    # The distance changes by no more than the way along the curve: a chord, with room for bending.
+    # Between samples the distance changes by the arc length at most: twice a chord is enough.
     slack = 2 * np.max(np.linalg.norm(np.diff(points, axis=0), axis=1))
     low = (distance <= before) & (distance <= after) & (distance <= distance.min() + slack)
     if curve.closed:
@@ -104,12 +106,12 @@ def _slope(curve: Curve, targets: FloatArray, u: FloatArray) -> tuple[FloatArray
 
 
 def descend(curve: Curve, target: FloatArray, near: float) -> float:
-    """Walk downhill from ``near`` until the distance grows again, and settle there."""
+    """Go from ``near`` in the direction of falling distance to the next minimum."""
     g, growth = (float(number) for number in _slope(curve, target, np.float64(near)))
     if g == 0:
         return near
     down = -1 if g > 0 else 1
-    # Twice a Newton step brackets the foot at once when near is close, as in time stepping.
+    # If near is close, as in time stepping, twice a Newton step brackets the foot at once.
     step = 2 * abs(g) / growth if growth > 0 else np.inf
     place = near
     while abs(place - near) <= curve.period:
@@ -126,7 +128,7 @@ def descend(curve: Curve, target: FloatArray, near: float) -> float:
 
 
 def _to_next_sample(curve: Curve, u: float, down: int) -> float:
-    """Way from u to the next sample: never over a break, after which u may mean a length."""
+    """Step from u to the next sample, never over a break: behind it u may mean a length."""
     grid = curve.samples[0]
     aside = 1e-12 * curve.period
     wrapped = float(curve.wrap(u))
@@ -137,21 +139,21 @@ def _to_next_sample(curve: Curve, u: float, down: int) -> float:
     return wrapped - float(grid[before]) if before >= 0 else aside
 
 
-# A place on a curve: typed decimals that mean the same point differ by less than this.
+# m, and above 1 m a part of the size: typed decimals of the same point differ by less than this.
 POSITION_TOLERANCE = 1e-9
 DIRECTION_TOLERANCE = 1e-6
-# A line through a joint must not slip through the gap that POSITION_TOLERANCE allows there: pieces
-# report crossings beyond their ends by this fraction of their range too.
+# POSITION_TOLERANCE allows a gap where pieces meet, and a line could slip through it. So pieces
+# also report crossings beyond their ends, by this fraction of their range.
 OVERLAP = 1e-7
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 class CurveError(Sendable, ValueError):
-    """A curve that cannot be.
+    """A curve that is impossible.
 
-    ``message`` says what is wrong (pieces, points and laps are counted from 1 there), ``piece`` is
-    the index of the piece, lap or point at fault (from 0, None: the whole curve is, or what has the
-    ``key``), ``hint`` what to do about it.
+    ``message`` says what is wrong; it counts pieces, points and laps from 1. ``piece`` is the
+    index, from 0, of the wrong piece, lap or point; None means the whole curve, or the value of
+    ``key``. ``hint`` says what to do.
     """
 
     def __init__(
@@ -169,7 +171,7 @@ Places = tuple[ComplexArray, ComplexArray, ComplexArray]
 
 
 class Knots(NamedTuple):
-    """Places u (m,), increasing, inside pieces of a curve, where d3P/du3 jumps; by what (m, 2)."""
+    """Places u (m,), increasing, inside pieces of a curve, where d3P/du3 jumps; jumps (m, 2)."""
 
     places: FloatArray
     jumps: FloatArray
@@ -179,12 +181,14 @@ class Knots(NamedTuple):
 class Curve(ABC):
     """A plane curve P(u) with a continuous direction.
 
-    Every method takes one ``u`` or an array of any shape ``(...)``; vectors come back as
+    Every method takes one ``u`` or an array of any shape ``(...)``; vectors have the shape
     ``(..., 2)``. A closed curve accepts every u and repeats with ``period``; an open one raises
-    ValueError for u beyond its ends by more than rounding. At a break the piece that begins counts.
+    ValueError for u beyond its ends by more than rounding. A break belongs to the piece that begins
+    there.
 
-    ``pieces`` are the smooth pieces, ``breaks`` (len(pieces) + 1) the values of u where they meet.
-    At breaks any derivative may jump, at :attr:`knots` the third; all are continuous elsewhere.
+    ``pieces`` are the smooth pieces, and ``breaks`` (len(pieces) + 1) the values of u where they
+    meet. Any derivative may jump at breaks, and the third at :attr:`knots`; elsewhere all are
+    continuous.
     """
 
     start: float = field(init=False, repr=False, compare=False)
@@ -194,7 +198,7 @@ class Curve(ABC):
     breaks: FloatArray = field(init=False, repr=False, compare=False)
 
     def _range(self, start: float, end: float, closed: bool) -> None:
-        """Fill in the range of a smooth piece (frozen, hence the detour)."""
+        """Set the range of a smooth piece, by `object.__setattr__` since the piece is frozen."""
         self._fill(closed=closed, pieces=(self,), breaks=np.array([start, end]))
 
     def _fill(self, closed: bool, pieces: tuple[Curve, ...], breaks: FloatArray) -> None:
@@ -205,7 +209,7 @@ class Curve(ABC):
 
     @abstractmethod
     def places(self, u: FloatArray) -> Places:
-        """Evaluate at u (...) inside the range; a smooth piece goes on beyond its ends."""
+        """Evaluate at u (...) inside the range; a smooth piece continues beyond its ends."""
 
     def _raw(self, u: FloatArray, order: int) -> FloatArray:
         """``order``-th derivative (0, 1, 2) at u inside the range, shape (..., 2)."""
@@ -296,26 +300,27 @@ class Curve(ABC):
     def nearest(self, point: FloatArray, near: float | None = None) -> float:
         """Parameter of the foot point of ``point`` (2,).
 
-        Without ``near`` the closest point of the whole curve, in the parameter range. With ``near``
-        the local minimum of the distance reached downhill from there: it stays on its branch where
-        the curve crosses itself, and counts on over the laps of a closed curve.
+        Without ``near`` it is the closest point of the whole curve, within the parameter range.
+        With ``near`` it is the local minimum that is reached from there while the distance falls.
+        So it stays on its branch where the curve crosses itself, and goes beyond the range over the
+        laps of a closed curve.
         """
         if near is not None:
             return descend(self, point, near)
         return float(candidates(self, point)[0])
 
     def closest(self, points: FloatArray) -> FloatArray:
-        """Parameters (...) of the places closest to points (..., 2), in the parameter range."""
+        """Parameters (...), within the range, of the places closest to points (..., 2)."""
         return closest(self, points)
 
     @cached_property
     def arc_length(self) -> ArcLength:
-        """Lengths along it."""
+        """Lengths along the curve."""
         return ArcLength(self)
 
     @property
     def knots(self) -> Knots:
-        """Places between the breaks where the third derivative jumps; lower ones never do there."""
+        """Places between the breaks where the third derivative jumps; lower ones never do."""
         piece_knots = [piece.knots for piece in self.pieces if piece is not self]
         if not piece_knots:
             return Knots(np.empty(0), np.empty((0, 2)))
@@ -324,14 +329,14 @@ class Curve(ABC):
         return Knots(np.concatenate(places), np.concatenate([of.jumps for of in piece_knots]))
 
     def part(self, first: float, last: float) -> Curve:
-        """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a piece of its own."""
+        """Cut the stretch ``first <= u <= last`` out of a smooth piece, as a new piece."""
         raise NotImplementedError
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
-        """Own parameters where a smooth piece crosses a line, by its unit vector `direction`.
+        """The piece's parameters where it crosses the line along the unit vector `direction`.
 
-        Searched between samples, and a little beyond the ends of an open piece; a piece that knows
-        a formula takes that.
+        The search is between samples, and a little beyond the ends of an open piece. A piece with a
+        formula uses that instead.
         """
         slack = 0.0 if self.closed else OVERLAP * self.period
         begin, end = self.start - slack, self.end + slack
@@ -356,14 +361,14 @@ class Curve(ABC):
 
 @dataclass(frozen=True)
 class Composite(Curve):
-    """A curve of several pieces; the pieces' own parameters are laid one after another."""
+    """A curve of several pieces; the ranges of their own parameters follow one another."""
 
     def _lay(self, pieces: tuple[Curve, ...], start: float, closed: bool) -> None:
         ends = start + np.cumsum([piece.period for piece in pieces])
         self._fill(closed, pieces, np.concatenate([[start], ends]))
 
     def places(self, u: FloatArray) -> Places:
-        """Evaluate every piece where it counts."""
+        """Evaluate at each u the piece to which it belongs."""
         index, columns = self._indices(u), np.empty((3, *np.shape(u)), dtype=np.complex128)
         for number in np.unique(index):
             rows, piece = index == number, self.pieces[number]
@@ -380,7 +385,7 @@ class Composite(Curve):
 
 
 class ArcLength:
-    """Lengths (m) along a curve by its parameter, by Gauss quadrature from the sample before."""
+    """Lengths (m) along a curve as functions of u, by Gauss quadrature from the previous sample."""
 
     def __init__(self, curve: Curve) -> None:
         self._curve, self._u = curve, curve.samples[0]
@@ -389,12 +394,12 @@ class ArcLength:
         self.whole = float(self._lengths[-1])
 
     def to(self, u: FloatArray) -> FloatArray:
-        """Lengths from the start to places (...); beyond an end the last piece goes on."""
+        """Lengths from the start to places (...); beyond an end the last piece continues."""
         i = np.clip(np.searchsorted(self._u, u, side="right") - 1, 0, len(self._u) - 2)
         return np.asarray(self._lengths[i] + self._between(self._u[i], u))
 
     def place(self, length: FloatArray) -> FloatArray:
-        """Places (...) at lengths from the start, as near as the curve's samples tell."""
+        """Places (...) at lengths from the start, interpolated between the curve's samples."""
         return np.interp(length, self._lengths, self._u)
 
     def _between(self, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -406,15 +411,15 @@ class ArcLength:
 def ray_crossings(curve: Curve, origin: FloatArray, direction: FloatArray) -> FloatArray:
     """All u, ascending over one period, where the line through ``origin`` crosses the curve.
 
-    The line runs both ways from ``origin`` (2,) along ``direction`` (2,), of any length. Points of
-    contact count; a straight piece that lies in the line contributes its two ends. A crossing next
-    to a break may be there twice, once as the break itself, 1e-7 of a piece away at most. Closed
-    form for arcs and lines, roots of the cubics for splines.
+    The line runs both ways from ``origin`` (2,) along ``direction`` (2,), a vector of any length.
+    Points where it only touches count, too; a straight piece that lies in the line contributes its
+    two ends. A crossing next to a break may occur twice, the second time as the break itself, at
+    most 1e-7 of a piece away. Closed form for arcs and lines, roots of the cubics for splines.
     """
     places = []
     for piece, begin in zip(curve.pieces, curve.breaks[:-1], strict=True):
         u = piece.crossings(origin, unit(direction)) - piece.start
-        # Those just outside a closed piece come round.
+        # On a closed piece, crossings just outside the range belong to its other end.
         u = np.mod(u, piece.period) if piece.closed else np.clip(u, 0.0, piece.period)
         places.append(begin + u)
     return np.sort(np.concatenate(places))

@@ -181,7 +181,7 @@ def _span(curve: Curve, low: float, high: float) -> tuple[int, float, float]:
 def evaluator(piece: Curve) -> Evaluator:
     """Return the function that evaluates a smooth piece at its own parameter.
 
-    For a piece without a formula in this module its method is called, which takes ten times as
+    A piece without a formula in this module is evaluated by its method, which takes ten times as
     long.
     """
     if isinstance(piece, Arc):
@@ -194,9 +194,10 @@ def evaluator(piece: Curve) -> Evaluator:
 
 
 def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
-    """Place of a piece nearest to (x, y), also beyond its ends, if it needs no search; else None.
+    """Return a function for the place of a piece nearest to (x, y), also beyond its ends.
 
-    On a circle it is on the piece, or else less than half a turn from the third argument.
+    It needs no search; None for pieces that need one. On a circle the place is on the piece, or
+    else less than half a turn from the third argument.
     """
     if isinstance(piece, LineSegment):
         (x0, y0), (x1, y1) = piece.a, piece.b
@@ -223,7 +224,7 @@ def foot(evaluator: Evaluator, x: float, y: float, u: float, steps: int = NEWTON
         slope = rx * dx + ry * dy
         speed = dx * dx + dy * dy
         bend = speed + rx * ddx + ry * ddy
-        # Beyond the centre of curvature the foot is a maximum: make a first-order step instead.
+        # Beyond the centre of curvature the zero is a maximum, so a first-order step is made.
         step = slope / (bend if bend > 0.1 * speed else speed)
         u -= step
         if step * step * speed < 1e-30:  # 1e-15 m
@@ -279,8 +280,8 @@ def _spline(spline: Spline) -> Evaluator:
     return at
 
 
-STRAIGHT = 1e-6  # curvature times size: less counts as straight
-FINER = 16  # points per sample at which the curvature is evaluated: its peaks show to 4 digits
+STRAIGHT = 1e-6  # curvature times size: with less a curve counts as straight
+FINER = 16  # curvatures evaluated per sample: this shows their peaks to 4 digits
 
 
 class Farthest(Closest):
@@ -301,7 +302,7 @@ class Farthest(Closest):
         return -(dx * x + dy * y), -(ddx * x + ddy * y)
 
     def _foot(self, piece: int, x: float, y: float, near: float) -> float:
-        """Place by Newton's method; beyond its end a piece is a conic, or its last cubic."""
+        """Place by Newton's method; beyond its end a piece continues as a conic or last cubic."""
         u = near
         for _ in range(NEWTON_STEPS):
             slope, growth = self._fall(piece, u, x, y)
@@ -313,7 +314,7 @@ class Farthest(Closest):
 
 
 def finer(grid: FloatArray) -> FloatArray:
-    """Parameters (m,) between which, and at which, the curvature of a curve is looked at."""
+    """Parameters (m,) at and between which the curvature of a curve is evaluated."""
     steps = np.arange(FINER) / FINER
     return np.append((grid[:-1, None] + np.diff(grid)[:, None] * steps).ravel(), grid[-1])
 
@@ -325,7 +326,7 @@ def is_convex(curve: Curve) -> bool:
     u = finer(np.unique(np.concatenate([curve.samples[0], curve.breaks])))[:-1]
     bends = curve.curvature(u) * curve.size
     one_way = bends.min() > STRAIGHT or bends.max() < -STRAIGHT
-    # A curve of one sense of curvature that turns twice crosses itself.
+    # If its curvature has one sign and it turns twice, a closed curve crosses itself.
     ways = np.unwrap(np.arctan2(*curve.tangent(np.append(u, curve.end)).T[::-1]))
     return bool(one_way and abs(ways[-1] - ways[0]) < 3 * np.pi)
 
@@ -334,10 +335,11 @@ MOST_SAMPLES = 500  # samples of a curve for the search of a neck
 
 
 def reach(curve: Curve, side: float, radius: float) -> float:
-    """Smallest radius (m) of the line that the centre of a roller on a side of a curve can't cross.
+    """Smallest radius (m) of the path of a roller's centre along one side of a curve.
 
-    `side` is 1 on the left of the curve, -1 on its right; `radius` (m) is the roller's, 0 of a
-    point. Half the width of a neck counts as a radius. 0: the roller does not fit everywhere.
+    `side` is 1 on the left of the curve, -1 on its right; `radius` (m) is the roller's, 0 for a
+    point. Half the width of a neck counts as a radius. The result is 0 if the roller does not fit
+    everywhere.
     H. Federer, Curvature measures, Trans. Amer. Math. Soc. 93 (1959) 418, theorem 4.18.
     """
     u = curve.samples[0]
@@ -347,7 +349,7 @@ def reach(curve: Curve, side: float, radius: float) -> float:
     between = point - point[:, None]
     seen = between * tangent.conj()[:, None]
     across = np.abs(seen.imag)
-    if not curve.closed:  # beyond its ends there is no tangent
+    if not curve.closed:  # an open curve has no tangent beyond its ends
         before, after = seen[0].real < 0, seen[-1].real > 0
         across[0] = np.where(before, np.abs(seen[0]), across[0])
         across[-1] = np.where(after, np.abs(seen[-1]), across[-1])

@@ -1,4 +1,4 @@
-"""Curves: arcs of ellipses and circles, lines, splines, curves joined of pieces, curves by lap."""
+"""Curves: arcs of ellipses and circles, lines, splines, joined pieces, a curve for each lap."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ STEPS_PER_TURN = 128
 
 @dataclass(frozen=True)
 class Arc(Curve):
-    """Arc of an ellipse between two eccentric angles (rad), counter-clockwise, of a turn at most.
+    """Arc of an ellipse between two eccentric angles (rad), counter-clockwise, at most a full turn.
 
     ``semi_axes`` (a, b) in m, a turned by ``rotation`` (rad) from x; the parameter is the angle:
     ``P = centre + R(rotation) (a cos u, b sin u)``. Default: the full ellipse, closed.
@@ -78,7 +78,7 @@ class Arc(Curve):
             return np.empty(0)
         middle, half = math.atan2(beta, alpha), math.acos(min(max(ratio, -1.0), 1.0))
         slack = OVERLAP * self.period
-        # counted from just before the start, so that a crossing there is not found a turn later
+        # angles count from just before the start: else a crossing there would be a turn later
         ahead = np.mod(np.array([middle - half, middle + half]) - self.start + slack, TURN)
         return np.asarray(self.start + ahead[ahead <= self.period + 2 * slack] - slack)
 
@@ -91,8 +91,9 @@ class Arc(Curve):
 class Superellipse(Curve):
     """Lame's curve ``|x/a|^n + |y/b|^n = 1``, or an arc of it, counter-clockwise, with n above 3.
 
-    As `Arc`, but for a factor ``f = (|cos u|^n + |sin u|^n)^(-1/n)``: ``P = centre +
-    R(rotation) f (a cos u, b sin u)``. Up to n = 3 its third derivative would jump, or have no end.
+    Like `Arc`, but with a factor ``f = (|cos u|^n + |sin u|^n)^(-1/n)``: ``P = centre +
+    R(rotation) f (a cos u, b sin u)``. With n up to 3 its third derivative would jump or be
+    unbounded.
     """
 
     centre: tuple[float, float]
@@ -118,7 +119,7 @@ class Superellipse(Curve):
         cosine = np.abs(c) ** (n - 2)
         sine = np.abs(s) ** (n - 2)
         whole = cosine * c * c + sine * s * s
-        slope = c * s * (sine - cosine)  # of `whole`, over n
+        slope = c * s * (sine - cosine)  # derivative of `whole`, divided by n
         turning = (c * c - s * s) * (sine - cosine)
         bend = turning + (n - 2) * (sine * c * c + cosine * s * s)
         factor = whole ** (-1 / n)
@@ -142,7 +143,7 @@ class Superellipse(Curve):
 def circle_arc(
     centre: tuple[float, float], radius: float, start_angle: float = 0.0, end_angle: float = TURN
 ) -> Arc:
-    """Return an arc of a circle of a radius (m) between two polar angles (rad), as `Arc` has it."""
+    """Return an arc of a circle of a radius (m) between two polar angles (rad): see `Arc`."""
     return Arc(centre, (radius, radius), 0.0, start_angle, end_angle)
 
 
@@ -172,7 +173,7 @@ class LineSegment(Curve):
         return LineSegment((x0, y0), (x1, y1))
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
-        """One place, none if parallel, both ends if the segment lies in the line."""
+        """Return one place, none if parallel, or both ends if the segment lies in the line."""
         offset = float(cross(direction, origin - np.array(self.a)))
         slant = float(cross(direction, self.derivative(0.0)))
         if abs(slant) <= 1e-14:
@@ -184,14 +185,14 @@ class LineSegment(Curve):
 
 @dataclass(frozen=True)
 class Joined(Composite):
-    """``pieces`` in order, each starting where the one before ends, in the same direction.
+    """``pieces`` in order: each starts where the previous one ends, in the same direction.
 
-    The parameter starts with the first piece's own and goes on by the ranges of the following ones.
-    Closed when the end meets the start; the direction must be the same there too. Joined curves
-    among the pieces are taken apart into theirs.
+    The parameter starts as that of the first piece and grows by the ranges of the others. The curve
+    is closed if its end meets its start; then the direction must be the same there, too. A joined
+    curve among the pieces is replaced by its own pieces.
 
     Raises:
-        CurveError: a gap, or a kink; ``piece`` is the index of the later of the two.
+        CurveError: a gap or a kink between two pieces; ``piece`` is the index of the second.
 
     """
 
@@ -209,10 +210,10 @@ class Joined(Composite):
 
 
 def meet_all(given: Sequence[Curve]) -> bool:
-    """Tell whether the end of pieces in a row meets their start, too.
+    """Tell whether the last of some pieces ends where the first one starts.
 
     Raises:
-        CurveError: one does not start where the one before ends.
+        CurveError: a piece does not start where the previous one ends.
 
     """
     size = max(piece.size for piece in given)
@@ -231,16 +232,16 @@ def meet_all(given: Sequence[Curve]) -> bool:
 
 @dataclass(frozen=True)
 class Laps(Composite):
-    """A different closed curve in each lap, in turn, for ever: lap 1 on the first, and so on.
+    """A closed curve for each lap, in turn and for ever: lap 1 is on the first, and so on.
 
-    All pass through the point ``meet`` (default: where the first curve starts), in the same
-    direction, and there the next takes over. The parameter starts at 0 at ``meet``; in each lap it
-    goes on by the range of that lap's curve. One ``period`` is one turn through all ``curves``.
-    ``firsts`` are the first pieces of the laps, and at last the number of all pieces.
+    All curves pass the point ``meet`` (default: the start of the first curve) in the same
+    direction; there the next curve takes over. The parameter is 0 at ``meet`` and grows in each lap
+    by the range of that lap's curve. A ``period`` is one turn through all ``curves``. ``firsts``
+    are the indices of the laps' first pieces, then the number of all pieces.
 
     Raises:
-        CurveError: an open curve, one that misses ``meet`` or passes it in another
-            direction; ``piece`` is the index of that curve.
+        CurveError: a curve is open, misses ``meet``, or passes it in another direction; ``piece``
+            is the index of that curve.
 
     """
 
@@ -251,7 +252,7 @@ class Laps(Composite):
     def __post_init__(self) -> None:
         curves = tuple(self.curves)
         meet = np.array(_first(curves[0]) if self.meet is None else self.meet)
-        # Where the first curve starts is one pass of it, even if it passes the point again.
+        # By default the first curve is cut at its start, even if it passes this point again.
         cut = curves[0].start if self.meet is None else None
         heading: FloatArray | None = None
         laps = []
@@ -267,11 +268,11 @@ class Laps(Composite):
 
 
 def next_lap(lap: int, way: int) -> int:
-    """Lap that a point comes into over the seam, forwards (`way` 1) or backwards (-1).
+    """Lap that a point enters over the seam, forwards (`way` 1) or backwards (-1).
 
-    A lap of a closed curve goes from its seam once around. From where lap 1 begins they are 1, 2,
-    .. forwards and -1, -2, .. backwards, without a lap 0. Of `Laps` lap -k is on the same curve as
-    lap k: a point takes the curves in the same order whichever way it leaves that place.
+    A lap of a closed curve goes once around from its seam. From the begin of lap 1, laps are 1, 2,
+    .. forwards and -1, -2, .. backwards; there is no lap 0. With `Laps`, lap -k is on the same
+    curve as lap k: a point takes the curves in the same order in both directions.
     """
     return lap + way or way
 
@@ -292,13 +293,13 @@ def next_piece(curve: Curve, piece: int, lap: int, way: int) -> tuple[int, int] 
 
 
 def ends_of_lap(curve: Curve, lap: int) -> tuple[float, float]:
-    """Parameters at which a lap begins and ends; those of the whole curve if it has no laps."""
+    """Parameters at which a lap begins and ends; the ends of the curve if it has no laps."""
     first, last = _pieces_of_lap(curve, lap)
     return float(curve.breaks[first]), float(curve.breaks[last + 1])
 
 
 def _pieces_of_lap(curve: Curve, lap: int) -> tuple[int, int]:
-    """First and last piece that a lap runs on; of the whole curve if it has no laps."""
+    """First and last piece of a lap, or of the whole curve if it has no laps."""
     if not isinstance(curve, Laps):
         return 0, len(curve.pieces) - 1
     number = (abs(lap) - 1) % len(curve.curves)
@@ -306,7 +307,7 @@ def _pieces_of_lap(curve: Curve, lap: int) -> tuple[int, int]:
 
 
 def curves_of_laps(curve: Curve) -> tuple[Curve, ...]:
-    """Closed curves of the laps, in turn, each from where the laps meet; of others themselves."""
+    """Closed curves of the laps in turn, each from the meeting point; other curves as they are."""
     if not isinstance(curve, Laps):
         return (curve,)
     return tuple(Joined(curve.pieces[first:last]) for first, last in pairwise(curve.firsts))
@@ -359,7 +360,7 @@ def _check_turn(angle: float, index: int, meet: FloatArray) -> None:
 
 
 def _snapped(curve: Curve, u: float) -> float:
-    """Return the break at u if there is one: a cut there makes no sliver of a piece."""
+    """Return the break at u if there is one, so that a cut leaves no tiny piece."""
     ways = np.abs(curve.breaks - u) * float(np.linalg.norm(curve.derivative(u)))
     closest = int(np.argmin(ways))
     return float(curve.breaks[closest]) if ways[closest] <= POSITION_TOLERANCE else u
@@ -379,7 +380,7 @@ def _rotated(curve: Curve, cut: float) -> tuple[Curve, ...]:
 
 def _check_kink(before: Curve, after: Curve, index: int, numbers: tuple[int, int]) -> None:
     last, first = before.pieces[-1], after.pieces[0]
-    # Of the pieces themselves: the end of a closed one is not wrapped to its start.
+    # Evaluate the piece, not the curve, which would wrap the end of a closed piece to its start.
     angle = angle_between(
         last._raw(np.asarray(last.end), 1), first._raw(np.asarray(first.start), 1)
     )
@@ -398,7 +399,7 @@ def _first(curve: Curve) -> FloatArray:
 
 
 def _last(curve: Curve) -> FloatArray:
-    # the piece's own end, which a nearly closed curve does not share with its start
+    # the end of the last piece: in a nearly closed curve it is not exactly the start
     piece = curve.pieces[-1]
     return piece._raw(np.asarray(piece.end), 0)
 
@@ -412,19 +413,20 @@ def _tolerance(size: float) -> float:
 
 
 def show(point: FloatArray) -> str:
-    """Return a point (2,) in m as messages show it."""
+    """Return a point (2,), in m, as text for messages."""
     x, y = (round(float(value), 12) + 0.0 for value in point)
     return f"({x:.6g}, {y:.6g})"
 
 
 FEWEST_POINTS, MOST_POINTS = 4, 20_000
 STEPS_PER_SPAN = 4
-# With chord length as parameter |dP/du| is about 1; this much less is a cusp.
+# With chord length as parameter |dP/du| is about 1; below this value there is a cusp.
 SLOWEST = 1e-3
-# Of the mean of the chords beside it: a chord this short is none. The curve passes along it, and an
-# error across it turns the curve: nearby it is off by 0.2 / SHORT times that (measured on circles).
+# Part of the mean of the two neighbouring chords: a shorter chord is refused, or closes the curve.
+# An error across a short chord turns the curve; nearby the curve is off by 0.2 / SHORT times that
+# error (measured on circles).
 SHORT = 1e-2
-LIKE = 1.5  # times as long, or as short: so far a chord is like those beside it
+LIKE = 1.5  # greatest ratio of lengths of chords that count as alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -452,14 +454,14 @@ class SplinePiece(Curve):
         base = self.spline.grid()
         laps = [base, base[1:] + self.spline.period] if self.spline.closed else [base]
         parameters = np.concatenate(laps)
-        # a grid value a hair inside the ends would make an empty step
+        # a grid value very close to an end would make an empty step
         slack = NEGLIGIBLE * self.period
         inside = (parameters > self.start + slack) & (parameters < self.end - slack)
         return np.concatenate([[self.start], parameters[inside], [self.end]])
 
     @property
     def knots(self) -> Knots:
-        """Those of the spline that lie inside the stretch."""
+        """Knots of the spline inside the stretch."""
         return self.spline.knots_between(self.start, self.end)
 
     def part(self, first: float, last: float) -> SplinePiece:
@@ -467,7 +469,7 @@ class SplinePiece(Curve):
         return SplinePiece(self.spline, first, last)
 
     def crossings(self, origin: FloatArray, direction: FloatArray) -> FloatArray:
-        """Those of the spline that lie on the stretch."""
+        """Crossings of the spline on the stretch."""
         places = self.spline.crossings(origin, direction)
         slack = OVERLAP * self.period
         if self.spline.closed:
@@ -520,7 +522,7 @@ class Spline(Curve):
             )
 
     def places(self, u: FloatArray) -> Places:
-        """Evaluate the cubics; an open spline goes on with its last ones."""
+        """Evaluate the cubics; an open spline continues with its outermost ones."""
         u = np.mod(u, self.period) if self.closed else u
         knots = self._polynomial.x
         index = np.clip(np.searchsorted(knots, u, side="right") - 1, 0, len(knots) - 2)
@@ -542,14 +544,14 @@ class Spline(Curve):
 
     @property
     def knots(self) -> Knots:
-        """The given points but for the ends: there one cubic follows another."""
+        """The given points without the ends: at each the cubic changes."""
         return self.knots_between(self.start, self.end)
 
     def knots_between(self, first: float, last: float) -> Knots:
         """Knots in ``first < u < last``, also of the next lap of a closed spline."""
         places, cubes = self._polynomial.x, 6 * self._polynomial.c[0]
         jumps = np.diff(cubes, axis=0)
-        if self.closed:  # where the spline ends its next lap begins
+        if self.closed:  # its next lap begins where the spline ends
             jumps = np.concatenate([jumps, cubes[:1] - cubes[-1:]])
             jumps = np.concatenate([jumps, jumps])
             places = np.concatenate([places[1:], places[1:] + self.period])
@@ -569,7 +571,7 @@ class Spline(Curve):
 
         normal = left(direction)
         across = PPoly(self._polynomial.c @ normal, self._polynomial.x)
-        # the end spans are continued, lest rounding push a root at an end beyond it
+        # the end spans are extended, since rounding may move a root at an end beyond it
         roots = np.asarray(across.solve(float(normal @ origin), False, True), dtype=float)
         slack = OVERLAP * self.period
         inside = np.isfinite(roots) & (roots >= -slack) & (roots <= self.end + slack)
@@ -604,13 +606,13 @@ def _refuse_short_chords(points: FloatArray, closed: bool) -> None:
 
 
 def closing(points: FloatArray, closed: bool | None) -> tuple[FloatArray, bool]:
-    """Return the points of a spline (N, 2), m, and whether it is closed; None: where it looks so.
+    """Return the points of a spline (N, 2), m, and whether it is closed; None: as the points look.
 
-    A last point that nearly repeats the first closes it, and is left out.
+    If the last point nearly repeats the first, it closes the spline and is left out.
 
     Raises:
-        CurveError: it looks neither closed nor nearly closed, and `closed` is None; or these are
-            too few or too many points.
+        CurveError: `closed` is None, and the points don't tell whether the spline is closed; or
+            there are too few or too many points.
 
     """
     _check(points)
@@ -631,7 +633,7 @@ def closing(points: FloatArray, closed: bool | None) -> tuple[FloatArray, bool]:
 
 
 def _chords(points: FloatArray, closed: bool) -> tuple[FloatArray, FloatArray]:
-    """Lengths (n,) of chords, and of those before and after each (2, n), m; one at an end twice."""
+    """Lengths (n,), m, of chords, and of their neighbours (2, n): twice the same at an end."""
     chords = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     chords = chords if closed else chords[:-1]
     beside = np.array([np.roll(chords, 1), np.roll(chords, -1)])

@@ -38,7 +38,7 @@ class CornerArc(Arc):
 
     @property
     def radius(self) -> float:
-        """Its radius, m."""
+        """Radius of the arc, m."""
         return self.semi_axes[0]
 
     @property
@@ -93,9 +93,9 @@ def rounded(pieces: Sequence[Curve], radius: float) -> Joined:
     """Join pieces as `Joined`, with an arc of `radius` (m) at every corner.
 
     Raises:
-        CurveError: a gap; no corner; one that turns back, or is not between lines and arcs of
-            circles; or the arcs leave nothing of a piece. Of a corner `piece` is the index of the
-            later of its pieces, of the radius `key` is 'round'.
+        CurveError: a gap; no corner; a corner that turns back, or is not between lines and arcs of
+            circles; or arcs that use up a whole piece. For a corner, `piece` is the index of the
+            second of its pieces; for the radius, `key` is 'round'.
 
     """
     closed = meet_all(pieces)
@@ -141,7 +141,7 @@ def _is_round(piece: Curve) -> bool:
 
 
 def _largest(smooth: Sequence[Curve], corners: Mapping[int, _Corner], radius: float) -> float:
-    """Largest radius (m) that fits, for a `radius` that is too large."""
+    """Largest radius (m) that fits, if `radius` is too large."""
     low, high = 0.0, radius
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
@@ -156,7 +156,7 @@ def _laid(
     radius: float,
     slack: float = NEGLIGIBLE,
 ) -> list[Curve] | None:
-    """Pieces and the arcs between them; None if a piece is too short by more than `slack` of it."""
+    """Pieces and arcs between them; None if a piece is too short by more than `slack` of it."""
     fillets = dict[int, _Fillet]()
     for i, corner in corners.items():
         fillet = _fillet(corner, radius)
@@ -186,7 +186,7 @@ def _fillet(corner: _Corner, radius: float) -> _Fillet | None:
     way = 1.0 if corner.turn > 0 else -1.0
     bends = [_bend(piece) for piece in (corner.before, corner.after)]
     if max(way * radius * bend for bend in bends) >= 1:
-        return None  # the arc is no smaller than the circle of a piece in which it would lie
+        return None  # the arc would lie inside a piece's circle but is not smaller than it
     first, second = corner.ways
     across = (first.conjugate() * second).imag
     a = way * radius * (second - first) / across

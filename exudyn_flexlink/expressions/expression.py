@@ -1,8 +1,8 @@
-"""A formula: its text is read, then it has values, derivatives, and places where it bends.
+"""A formula: its text is parsed; then it has values, derivatives and kinks.
 
-The text comes in pieces: numbers with their units, names, operators, what is sensed. Python's own
-parser tells what belongs together; nothing is evaluated. Dimensions are checked as far as units
-tell: a number without a unit may stand for anything, and angles count as numbers.
+The text is cut into pieces: numbers with their units, names, operators, senses. Python's own parser
+finds the structure; it evaluates nothing. Dimensions are checked as far as units tell them. A
+number without a unit may have any dimension; angles count as numbers.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ LONGEST = 500  # letters of a formula
 
 
 class ExpressionError(HintedError):
-    """What is wrong with a formula, in words, and a hint."""
+    """A mistake in a formula, in words, with a hint."""
 
 
 class Token(NamedTuple):
-    """A piece: `kind` is number, sensed, name, operator or end; `text` as it was written."""
+    """A piece: `kind` is number, sensed, name, operator or end; `text` is the user's."""
 
     kind: str
     text: str
@@ -60,12 +60,11 @@ class Token(NamedTuple):
 
     @property
     def shown(self) -> str:
-        """The piece as messages name it."""
+        """Text of the piece in messages."""
         return "the end" if self.kind == "end" else f"'{self.text}'"
 
 
-# Words that units are made of: tonnes are none, since `2 t` is a slip for `2*t`; 'grad'
-# is refused with a hint.
+# Words in units. Tonnes are left out: `2 t` is a slip for `2*t`. 'grad' is refused with a hint.
 _WORDS = {*UNITS, "Nm", "Nmm", "mNm", "kNm", "grad"} - {"t"}
 _SPELT = "|".join([*SPELLINGS, *sorted(_WORDS, key=len, reverse=True)])
 _WORD = rf"(?:{_SPELT})(?:[{RAISED}]+(?![\w(])|(?![\w(])(?:\s*\^\s*[0-9])?)"
@@ -92,10 +91,10 @@ _SLIPS = {
 
 
 def tokens_of(text: str, words: Sequence[str] = ()) -> Iterator[Token]:
-    """Cut a formula into its pieces, the last of kind end; the `words` are sensed.
+    """Cut a formula into its pieces; the last has the kind end, and `words` are senses.
 
     Raises:
-        ExpressionError: a piece is none.
+        ExpressionError: some text is no piece of a formula.
 
     """
     if len(text) > LONGEST:
@@ -129,7 +128,7 @@ def _quantity(piece: re.Match[str]) -> Token:
 
 
 def _sensed(piece: re.Match[str]) -> Sensed:
-    """Read what stands in the brackets of angle, speed, place, force and torque."""
+    """Read the text in the brackets of angle, speed, place, force and torque."""
     kind, names = piece["kind"], [name.strip() for name in piece["of"].split(",")]
     if len(names) == 1 and names[0] and not (kind == "place" and "." in names[0]):
         return Sensed(kind, names[0])
@@ -144,7 +143,7 @@ def _sensed(piece: re.Match[str]) -> Sensed:
 
 
 def unknown_name(name: str, known: list[str]) -> ExpressionError:
-    """Return the error of a name that an expression does not have."""
+    """Return the error for a name that formulas do not know."""
     near = did_you_mean(name, known)
     if name in _WORDS:
         return ExpressionError(
@@ -155,10 +154,10 @@ def unknown_name(name: str, known: list[str]) -> ExpressionError:
 
 
 OF_JOINTS = "force", "torque"
-"""What a formula senses that motion alone does not tell."""
+"""Senses that depend on more than the motion."""
 RATE = "rate"
-"""Word of a spring's formula for how fast its length, or its angle, grows."""
-DEEPEST = 40  # brackets in brackets
+"""Word in a spring's formula for the rate of its length, or of its angle."""
+DEEPEST = 40  # greatest depth of brackets in brackets
 _ARGUMENTS = dict.fromkeys(OF_ONE, 1) | dict.fromkeys(("atan2", "min", "max"), 2) | {"where": 3}
 NAMES = ["t", "pi", "angle", "speed", "place", *_ARGUMENTS]
 _PURE = Powers()
@@ -179,7 +178,7 @@ _EXAMPLE = "where(t < 1, one, other)"
 
 
 class _Piece(NamedTuple):
-    """The number of an operation, and the dimension that units give it; None: anything."""
+    """The number of an operation, and its dimension by units; None means any dimension."""
 
     result: int
     powers: Powers | None
@@ -188,12 +187,12 @@ class _Piece(NamedTuple):
 def parse_expression(
     text: str, words: Sequence[str] = (), *, with_forces: bool = False
 ) -> Expression:
-    """Read a formula; the `words` are of what has it, as a spring has a length and a rate.
+    """Read a formula; its `words` belong to its owner, such as length and rate to a spring.
 
-    Only one `with_forces` may sense these in joints: others decide on them.
+    Only a formula `with_forces` may sense forces in joints: other formulas determine these forces.
 
     Raises:
-        ExpressionError: it is none, or has more than a formula may have.
+        ExpressionError: the text is no formula, or has more than a formula may have.
 
     """
     formula = _Reader(text, words).expression()
@@ -221,7 +220,7 @@ def in_words(powers: Powers) -> str:
 
 
 def _require_order(tokens: Sequence[Token], known: list[str]) -> None:
-    """Refuse what can't follow what is before it, brackets without their other half, odd names."""
+    """Refuse pieces in a wrong order, unpaired brackets and unknown names."""
     depth = 0
     for before, token in pairwise((Token("operator", "("), *tokens)):
         value_before = before.kind not in ("operator", "end") or before.text == ")"
@@ -242,13 +241,13 @@ def _require_order(tokens: Sequence[Token], known: list[str]) -> None:
 
 
 class _Reader:
-    """Takes Python's tree of a formula apart, inner nodes first: no formula is too deep for it."""
+    """Reads Python's tree of a formula, inner nodes first: no depth is too large."""
 
     def __init__(self, text: str, words: Sequence[str] = ()) -> None:
         self.text = text
         self.tokens = list(tokens_of(text, words))
         _require_order(self.tokens, [*words, "pi", *_ARGUMENTS] if words else NAMES)
-        # Numbers in place of words: none of Python's own is among them.
+        # Replace words by numbered names: these can't be words of Python.
         numbered = (
             token.text if token.kind == "operator" else f"_{i}"
             for i, token in enumerate(self.tokens[:-1])
@@ -269,7 +268,7 @@ class _Reader:
         return Expression(self.text, plan, self._sensed, None if powers == _PURE else powers)
 
     def _read(self, node: ast.AST) -> _Piece | None:
-        """Return what a node stands for; None if it only is a part of another."""
+        """Return the piece of a node; None if the node is only a part of another."""
         if isinstance(node, ast.Name):
             return self._atom(self._token(node))
         if isinstance(node, ast.UnaryOp):
@@ -282,7 +281,7 @@ class _Reader:
         return self._call(node) if isinstance(node, ast.Call) else None
 
     def _of(self, node: ast.AST) -> _Piece:
-        """Return what a node stands for; refuse one that is no value."""
+        """Return the piece of a node; refuse a node that has no value."""
         if node in self._pieces:
             return self._pieces[node]
         if isinstance(node, ast.Compare):
@@ -367,7 +366,7 @@ class _Reader:
         return self._piece(name, _PURE, _pure(piece, name))
 
     def _by_sign(self, switch: _Piece, negative: _Piece, positive: _Piece) -> _Piece:
-        """Choose by the sign of what is zero where both are alike."""
+        """Choose by the sign of a switch, which is zero where both values are equal."""
         self._switches.append(switch.result)
         below = self._piece("less", _PURE, switch, _Piece(self._tape.number(0.0), _PURE))
         return self._piece("where", switch.powers, below, negative, positive)
@@ -382,7 +381,7 @@ class _Reader:
         self._switches.append(switch)
         values = [self._of(first), self._of(second)]
         powers = _alike("where", *values)
-        # a <= b is not b < a: at the very instant it counts as true.
+        # a <= b is "not b < a": at the instant where both are equal it is true.
         if sign in (">", "<="):
             ends.reverse()
         if sign in ("<=", ">="):
@@ -390,7 +389,7 @@ class _Reader:
         return self._piece("where", powers, self._piece("less", _PURE, *ends), *values)
 
     def _on_time(self, switch: int, name: str) -> None:
-        """Refuse a jump with the state."""
+        """Refuse a jump that depends on the state."""
         if self._tape.variables(switch) - {TIME}:
             raise ExpressionError(
                 f"{name} may depend on t alone: with the state it would jump at no known instant",
@@ -412,7 +411,7 @@ def _pure(piece: _Piece, what: str) -> _Piece:
 
 
 def _alike(what: str, *pieces: _Piece) -> Powers | None:
-    """Return the dimension of pieces; refuse those of two."""
+    """Return the common dimension of pieces; refuse two different ones."""
     known = list(
         dict.fromkeys(piece.powers for piece in pieces if piece.powers not in (None, _PURE))
     )
@@ -426,9 +425,9 @@ ORDERS = "value", "derivative", "second derivative"
 
 
 class NoValueError(Sendable, ArithmeticError):
-    """A formula, `text`, has no value at a time (s): a logarithm of a negative number, say.
+    """The formula `text` has no value at a time (s), such as a logarithm of a negative number.
 
-    `what` it lacks may be a derivative.
+    `what` names the missing value; it may be a derivative.
     """
 
     advice = "mend the expression: min and max, or where(t < 1, one, other), keep it in bounds"
@@ -448,12 +447,12 @@ class Plan(NamedTuple):
 
 
 class Expression:
-    """A formula of t (s) and of what it senses; equal if its text is.
+    """A formula of t (s) and of its senses; two formulas are equal if their texts are.
 
-    `powers` is its dimension as far as its units tell, angles counting as numbers; None if they
-    don't. `sensed` is what the state has to supply, in this order. Sides of the `kinks` (so many)
-    may follow, 1 where the switch is below zero: the formula is held on them, also beyond a kink.
-    A formula `of_a_place` is of one thing that it senses, and not of time.
+    `powers` is its dimension as far as its units tell; angles count as numbers; None means unknown.
+    The state supplies values of `sensed`, in this order. After them may follow a side for each of
+    the `kinks` (a number), 1 where the switch is below zero: the formula is held on these sides,
+    also beyond a kink. A formula `of_a_place` depends on a single sense and not on time.
     """
 
     def __init__(
@@ -465,7 +464,7 @@ class Expression:
         self.powers = powers
         self._tape, self._result = plan.tape, plan.result
         self._switches = tuple(dict.fromkeys(plan.switches))
-        # What compares states belongs to max, min or abs: `where` compares times alone.
+        # Comparisons of states belong to max, min or abs; `where` compares only times.
         compared = [
             i
             for i in self._tape.needed([self._result])
@@ -497,28 +496,28 @@ class Expression:
     # --- values -------------------------------------------------------------------------------
 
     def at(self, time: float, state: Sequence[float] = ()) -> float:
-        """Value at a time (s) and values of what is sensed.
+        """Value at a time (s), for values of the senses.
 
         Raises:
-            NoValueError: there is none.
+            NoValueError: the formula has no value there.
 
         """
         return float(self.values(np.array([time]), [np.array([number]) for number in state])[0])
 
     def values(self, time: FloatArray, state: Sequence[FloatArray]) -> FloatArray:
-        """Values (n,) at instants (n,) s and values (n,) of each of what is sensed.
+        """Values (n,) at instants (n,) s, for values (n,) of each sense.
 
         Raises:
-            NoValueError: there is none at one of them.
+            NoValueError: the formula has no value at one of the instants.
 
         """
         return self._run_all(self._value, time, state)
 
     def derivatives(self, time: FloatArray, order: int) -> FloatArray:
-        """Derivatives (n,) by time, up to the second, of one that senses nothing.
+        """Derivatives (n,) by time, up to the second, of a formula without senses.
 
         Raises:
-            NoValueError: there is none at one of the instants (n,) s.
+            NoValueError: there is no derivative at one of the instants (n,) s.
 
         """
         return self._run_all(self._by_time[order], time, what=ORDERS[order])
@@ -540,7 +539,7 @@ class Expression:
     def _values(self, program: Program, time: Values, state: Sequence[Values]) -> list[Values]:
         values = program.run(time, state)
         if len(state) > len(self.sensed) and not np.isfinite(sum(values)).all():
-            # Beyond its kink a formula that is held may have no value: a root has none.
+            # Beyond its kink a held formula may have no value, such as a root.
             unheld = program.run(time, state[: len(self.sensed)])
             values = [np.where(np.isfinite(x), x, y) for x, y in zip(values, unheld, strict=True)]
         return values
@@ -557,17 +556,17 @@ class Expression:
 
     @cached_property
     def whole(self) -> Addend:
-        """All of it as one term, which is not held on sides of its kinks."""
+        """The whole formula as one term, not held on sides of its kinks."""
         return Addend(self._tape, self._result)
 
     @cached_property
     def addends(self) -> list[Addend]:
-        """The terms whose sum it is."""
+        """The terms whose sum is the formula."""
         return self._addends_of(self._result)
 
     @cached_property
     def rate_addends(self) -> list[Addend]:
-        """Those of its first derivative by time."""
+        """The terms of the formula's first derivative by time."""
         return self._addends_of(self._tape.slope(self._result))
 
     def _addends_of(self, result: int) -> list[Addend]:
@@ -582,7 +581,7 @@ class Expression:
         return addends
 
     def along(self, start: float, way: float) -> Expression:
-        """Return a formula of a place with ``start + way t`` for the place."""
+        """Return a formula of a place, with ``start + way t`` in place of the place."""
         tape = Tape()
         moved = tape.add("mul", tape.number(way), tape.variable(TIME))
         of = {self._tape.variable(0): tape.add("add", tape.number(start), moved)}

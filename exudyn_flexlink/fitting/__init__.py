@@ -1,6 +1,6 @@
-"""Measured series: runs held against them, and numbers of a scene fitted to them.
+"""Measured series: runs compared with them, and numbers of a scene fitted to them.
 
-No engine here: whoever fits hands in what runs a scene.
+No engine is used here: the caller passes a function that runs a scene.
 """
 
 from exudyn_flexlink.fitting.least_squares import (

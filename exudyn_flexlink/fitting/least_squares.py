@@ -1,11 +1,11 @@
 """Numbers of a scene that make its run fit a measured series best, by least squares.
 
-The integrator's error moves them as well, and no standard error shows that. So a finer run is held
-against the last one: how far that would move each number is told, and the fit is made again with a
-smaller tolerance where it is more than a tenth of a standard error. Of several quantities each
-counts by the scatter of its own residuals.
+The integrator's error moves these numbers, too, and no standard error shows that. So a finer run is
+compared with the last one. The fit tells how far the difference would move each number. If this is
+more than a tenth of a standard error, the fit is made again with a smaller tolerance. Several
+quantities are weighted by the scatter of their own residuals.
 
-What a fit varies: numbers of a scene by their paths, from where they start, within bounds.
+A fit varies numbers of a scene, given by their paths, from their start values and within bounds.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from exudyn_flexlink.source import Document, Mistake, SceneError
 from exudyn_flexlink.sweeps import ValuesError, quantity_at, range_of, symbol_of
 
 Vary = str | Sequence[str] | Mapping[str, Any]
-"""A path, or several, or with their bounds: two numbers (SI), a text '1:20 N/m', or None."""
+"""A path, several paths, or paths with bounds: two numbers (SI), a text '1:20 N/m', or None."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ class Parameter:
 
 
 def parameters_of(scene: Scene, vary: Vary, called: str = "vary") -> list[Parameter]:
-    """Return what is varied, each from the scene's own value; bounds by default are its key's.
+    """Return the parameters, each from the scene's value; default bounds are its key's limits.
 
-    `called` is the argument that gives it.
+    `called` is the name of the argument that gives `vary`.
 
     Raises:
         SceneError: a path leads to no number, or bounds can't be; all such mistakes are in it.
@@ -85,8 +85,8 @@ def _parameter(scene: Scene, path: str, given: Any) -> Parameter:
     steps, value = tuple(path.split(".")), cast(Any, scene.to_data())
     for step in steps:
         value = value.get(step) if isinstance(value, Mapping) else None
-    # This raises where the path leads nowhere. A key that the scene does not have gets a number:
-    # the mistakes of that scene tell whether the key may exist.
+    # This raises an error where a path leads nowhere. A key that the scene does not have gets a
+    # number; the mistakes of this scene tell whether the key may exist.
     tried = apply_settings(document_of(scene), [(path, 1.0 if value is None else value)])
     if value is None:
         mistakes = [
@@ -122,13 +122,13 @@ def _in_si(value: float | str, dimension: Measure) -> float:
 PART = 0.1  # of a standard error: what the integrator may add
 MOST_ROUNDS = 4  # of fits, each with a smaller tolerance
 SMOOTH = 1e-6  # of the mechanism's reach: no larger tolerance, since slopes are differences of runs
-DIFFERENCE = 2e-4  # of a number, to both sides: slopes then err by 1e-6 or so of themselves
+DIFFERENCE = 2e-4  # of a number, to both sides: the relative error of slopes is then 1e-6
 MOST_STEPS = 100  # of one search
 UNKNOWN_COMBINATION = (
-    1e-4  # singular value of slopes of size 1: below it a combination is not known at all
+    1e-4  # least singular value of normalised slopes: below it a combination is unknown
 )
-TAKES_PART = 0.1  # coefficient in such a combination of norm 1: a number with more is part of it
-ALIKE = 0.99  # correlation from which on two numbers are hardly told apart
+TAKES_PART = 0.1  # least coefficient of a number that counts as part of such a combination (norm 1)
+ALIKE = 0.99  # from this correlation on two numbers can hardly be told apart
 
 Simulate = Callable[[Scene], Result]
 Progress = Callable[[float], None]
@@ -160,18 +160,18 @@ class Fit:
 
     @property
     def residuals(self) -> dict[str, FloatArray]:
-        """Computed less measured values (N,) by quantity, in SI."""
+        """Computed minus measured values (N,) by quantity, in SI."""
         return self.against.differences
 
 
 def fit(
     scene: Scene, series: Series, vary: Vary, simulate: Simulate, progress: Progress | None = None
 ) -> Fit:
-    """Fit numbers of a scene to a series; runs go on as long as that, whatever `run` says.
+    """Fit numbers of a scene to a series; runs are as long as the series, not as the scene's `run`.
 
     Raises:
-        NoFitError: there is no run where the search begins, or the search came to no end.
-        SceneError: what is varied can't be; see `parameters_of`.
+        NoFitError: the run with the start values fails, or the search does not converge.
+        SceneError: a parameter can't be varied; see `parameters_of`.
 
     """
     parameters = parameters_of(scene, vary)
@@ -207,7 +207,7 @@ def fit(
 def _warnings(
     parameters: list[Parameter], estimate: Estimate, moved: FloatArray, active: FloatArray
 ) -> Iterator[str]:
-    """What keeps numbers from being trusted."""
+    """Reasons why the fitted numbers can't be trusted."""
     for paths in estimate.unknown:
         reason = f"the data do not depend on {paths[0]}: it is where it began"
         yield reason if len(paths) == 1 else f"the data can't tell {' and '.join(paths)} apart"
@@ -227,7 +227,7 @@ def _warnings(
 
 
 def _resting_elsewhere(scene: Scene, parameters: list[Parameter]) -> Iterator[str]:
-    """Warn of springs that rest as assembled: with other numbers they may rest elsewhere."""
+    """Warn of springs whose rest is the assembled state: other numbers may move this state."""
     rests = springs_as_assembled(scene)
     for p in parameters:
         change = DIFFERENCE * (abs(p.start) or 1.0)
@@ -253,7 +253,7 @@ def _values(parameters: list[Parameter], field: str) -> FloatArray:
 class Estimate:
     """P numbers by `names`, with `residuals` (N,) and their `slopes` (N, P) by the numbers.
 
-    s^2 = RSS / (N - P), and standard errors are the roots of the diagonal of s^2 (J^T J)^-1.
+    s^2 = RSS / (N - P). Standard errors are the square roots of the diagonal of s^2 (J^T J)^-1.
     """
 
     names: Sequence[str]
@@ -263,7 +263,7 @@ class Estimate:
 
     @cached_property
     def unknown(self) -> list[list[str]]:
-        """Groups of names: of each the data don't determine a combination, or a single number."""
+        """Groups of names: the data don't determine a combination of each, or a single number."""
         unit = self.slopes / self._size
         values, columns = np.linalg.eigh(unit.T @ unit)
         lost = np.abs(columns.T[values < UNKNOWN_COMBINATION**2]) > TAKES_PART
@@ -276,7 +276,7 @@ class Estimate:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        """Pseudo-inverse (P, N) of the slopes, without combinations that are unknown."""
+        """Pseudo-inverse (P, N) of the slopes, without unknown combinations."""
         return np.asarray(
             np.linalg.pinv(self.slopes / self._size, UNKNOWN_COMBINATION) / self._size[:, None]
         )
@@ -301,7 +301,7 @@ class Estimate:
 
 
 class _Search:
-    """Runs a scene with other numbers, and looks for those that fit."""
+    """Runs a scene with different numbers, and searches for the numbers that fit best."""
 
     def __init__(
         self, scene: Scene, series: Series, parameters: list[Parameter], simulate: Simulate,
@@ -319,7 +319,7 @@ class _Search:
             raise NoFitError(f"the series can't be run through: the run {mistake.message}")
 
     def _run_of(self, scene: Scene) -> Run:
-        """A run as long as the series, with samples at the series' instants if these are even."""
+        """A run as long as the series; samples are at its instants if these are evenly spaced."""
         end = float(self._series.time[-1])
         spacing = np.diff(np.unique(self._series.time), prepend=0.0)
         long, mechanism = scene.changed(run=Run(duration=end)), assemble_scene(scene).mechanism
@@ -331,8 +331,8 @@ class _Search:
         """Run the scene with these numbers.
 
         Raises:
-            NoFitError: it stops before its end.
-            SceneError: the scene can't be with them.
+            NoFitError: the run stops before its end.
+            SceneError: the scene has mistakes with these numbers.
 
         """
         numbers = [(p.path, x) for p, x in zip(self._parameters, value.tolist(), strict=True)]
@@ -342,7 +342,7 @@ class _Search:
         if not result.outcome.completed:
             raise NoFitError(f"a run {result.outcome.ending}")
         self.runs += 1
-        usual = 6 * (1 + 2 * len(self._parameters))  # runs; the true number is not known before
+        usual = 6 * (1 + 2 * len(self._parameters))  # runs, as an estimate for the progress
         self._progress(self.runs / (self.runs + usual))
         return result
 
@@ -353,7 +353,7 @@ class _Search:
         return self._residuals(self.run(value, self._finer().changed(run=run)))
 
     def _finer(self) -> Scene:
-        """The scene with a smaller error, if there is any."""
+        """The scene with a smaller tolerance or step, if it has either."""
         accuracy = self._base.accuracy
         if accuracy.tolerance is None:
             return self._base.changed(accuracy=Accuracy(step=(accuracy.step or inf) * TIGHTER))
@@ -362,7 +362,7 @@ class _Search:
         return self._base.changed(accuracy=finer)
 
     def tighten(self) -> bool:
-        """Run with a smaller error from now on, if there is any."""
+        """Run with a smaller tolerance or step from now on, if possible."""
         before, self._base = self._base, self._finer()
         return self._base.accuracy != before.accuracy
 
@@ -372,7 +372,7 @@ class _Search:
         return np.concatenate([residual / self._scatter[name] for name, residual in apart.items()])
 
     def _tried(self, scaled: FloatArray) -> FloatArray:
-        """Residuals (N,) at scaled numbers (P,); nan without a run: a shorter step follows."""
+        """Residuals (N,) at scaled numbers (P,); nan if a run fails: a shorter step follows."""
         try:
             return self._residuals(self.run(scaled * self._scale))
         except (NoFitError, SceneError) as error:
@@ -382,11 +382,11 @@ class _Search:
     def estimate(self, value: FloatArray) -> tuple[Estimate, FloatArray]:
         """Search from numbers (P,), and again if the series has several quantities.
 
-        The second search weighs each quantity by the scatter of its residuals after the first. Also
-        returns at which bound each number is: -1 at the lower, 1 at the upper, else 0.
+        The second search weights each quantity by the scatter of its residuals after the first one.
+        Also returns the bound that each number is at: -1 the lower, 1 the upper, 0 none.
 
         Raises:
-            NoFitError: there is no run, or no end of the search.
+            NoFitError: a run fails, or the search does not converge.
 
         """
         estimate, active = self._minimised(value)

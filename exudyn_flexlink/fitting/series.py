@@ -1,9 +1,8 @@
-"""A measured series: instants, and a column for each quantity of a scene that was measured.
+"""A measured series: instants, and a column for each measured quantity of a scene.
 
-A run held against a measured series at the series' instants, with a shift of its clock.
+A run is compared with a series at the instants of the series; its clock may be shifted.
 
-Times in s, other numbers in SI; M is the number of rows of the series, N of those that lie within
-the run.
+Times are in s, other numbers in SI. The series has M rows; N of them lie within the run.
 """
 
 from __future__ import annotations
@@ -41,9 +40,9 @@ _SECONDS = "count them from any instant: '--shift', in Python shift=, is added t
 
 @dataclass(frozen=True)
 class Series:
-    """What was measured: `values` (M,) by the names of their `signals`, at instants `time` (M,) s.
+    """Measured `values` (M,), in SI, by the names of their `signals`, at instants `time` (M,) s.
 
-    SI units. `left_out` names columns of the source that are no quantities of the scene.
+    `left_out` names columns of the source that are not quantities of the scene.
     """
 
     source: str
@@ -56,12 +55,13 @@ class Series:
 def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = None) -> Series:
     """Read a CSV file, or columns by name such as a data frame's.
 
-    `columns` are names of quantities (see `observables.signals`) by those of columns. A column
-    needs none that is named as a quantity, ``lever.angle`` or ``lever.angle_rad``, or as the tables
-    of a run name it. A file without a header has the columns 1, 2, ..; the first is the time.
+    `columns` maps names of columns to names of quantities (see `observables.signals`). A column
+    needs no entry if its name is that of a quantity, such as ``lever.angle`` or
+    ``lever.angle_rad``, or its name in the tables of a run. Without a header the columns are 1, 2,
+    ..; the first is the time.
 
     Raises:
-        SceneError: it can't be used; all mistakes that can be seen at once are in it.
+        SceneError: the series can't be used; the error has all mistakes that show at once.
 
     """
     if hasattr(given, "items"):
@@ -70,7 +70,7 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
             {str(name): column for name, column in given.items()},
         )
         named = {len(table[name]) for name in columns or () if name in table}
-        if named:  # other variables of a program's file are none of the series
+        if named:  # a program's file may have other variables, too
             table = {name: column for name, column in table.items() if len(column) in named}
         lengths = {len(column) for column in table.values()}
         if len(lengths) != 1 or 0 in lengths:
@@ -94,7 +94,7 @@ def read_series(scene: Scene, given: Any, columns: Mapping[str, str] | None = No
 def _series(
     scene: Scene, source: str, cells: Cells, columns: Mapping[str, str], mistakes: list[Mistake]
 ) -> Series:
-    """Take a series out of cells."""
+    """Make a series of a table's cells."""
     known, bare = signals(scene), [bare_name(name) for name in cells.names]
     chosen = _given(scene, cells, columns, mistakes) if columns else _named(scene, cells)
     if not chosen and not mistakes:
@@ -122,7 +122,7 @@ def _series(
 def _given(
     scene: Scene, cells: Cells, columns: Mapping[str, str], mistakes: list[Mistake]
 ) -> dict[str, int]:
-    """Columns by the quantities that the user says they are."""
+    """Columns by quantity, as the user assigns them."""
     known, bare, signals_given = signals(scene), list(map(bare_name, cells.names)), dict[str, int]()
     for column, signal in columns.items():
         where = cells.names if column in cells.names else bare
@@ -141,7 +141,7 @@ def _given(
 
 
 def _named(scene: Scene, cells: Cells) -> dict[str, int]:
-    """Columns by the quantities that their names say they are, with a unit or without."""
+    """Columns by quantity, as their own names tell, with a unit or without."""
     known, columns = signals(scene), dict[str, int]()
     names = {name: name for name in known} | table_columns(scene)
     for k, cell in enumerate(cells.names):
@@ -155,7 +155,7 @@ def _named(scene: Scene, cells: Cells) -> dict[str, int]:
 def _numbers(
     cells: Cells, column: int, dimension: Dimension, mistakes: list[Mistake]
 ) -> FloatArray:
-    """Numbers (M,) of a column, in SI; those of the time must not fall."""
+    """Numbers (M,) of a column, in SI; times must not decrease."""
     name, last, factor = cells.names[column], -np.inf, 1.0
     numbers = np.full(len(cells.rows), np.nan)
     try:
@@ -170,7 +170,7 @@ def _numbers(
     for i, row in enumerate(cells.rows):
         cell = row[column].replace(",", ".") if cells.comma else row[column]
         with suppress(ValueError):
-            numbers[i] = np.nan if "_" in cell else factor * float(cell)  # '1_0' is Python's ten
+            numbers[i] = np.nan if "_" in cell else factor * float(cell)  # Python reads '1_0' as 10
         about = hint = ""
         if not isfinite(numbers[i]):
             about = f"expected a finite number, got '{row[column][:40]}'"
@@ -195,8 +195,8 @@ def _at(cells: Cells, row: int, column: int, message: str, hint: str = "") -> Mi
     return Mistake((), message, hint, place=Place(line, begin - width + 1, begin + 1))
 
 
-MOST_SHIFTS = 4000  # that are tried before the best one is refined
-FEWEST = 3  # rows within the run, of a series that has so many: fewer tell of a wrong unit or clock
+MOST_SHIFTS = 4000  # number of shifts tried before the best one is refined
+FEWEST = 3  # rows within the run, if the series has them: fewer mean a wrong unit or clock
 _HINT = (
     "hint: the header of the time may name its unit, such as 't (ms)'; '--shift', in Python "
     "shift=, is added to times"
@@ -211,7 +211,7 @@ class NoOverlapError(ValueError):
 class Distance:
     """How far a run is from a series in one quantity: `largest`, at `at` (s of the run), and rms.
 
-    `span` is the greatest less the least value that was measured.
+    `span` is the greatest minus the least measured value.
     """
 
     signal: str
@@ -224,10 +224,10 @@ class Distance:
 
 @dataclass(frozen=True)
 class Against:
-    """A run beside a series, whose rows are at `shift` (s) plus their own time in the run.
+    """A run beside a series: `shift` (s) plus the time of a row is its instant in the run.
 
-    `time` (N,) are instants of the run, `computed` and `measured` (N,) are by quantity; `outside`
-    rows are not within the run.
+    `time` (N,) are instants of the run; `computed` and `measured` (N,) are by quantity. `outside`
+    is the number of rows outside the run.
     """
 
     result: Result
@@ -240,14 +240,15 @@ class Against:
 
     @property
     def differences(self) -> dict[str, FloatArray]:
-        """Computed less measured values (N,) by quantity."""
+        """Computed minus measured values (N,) by quantity."""
         return {name: self.computed[name] - values for name, values in self.measured.items()}
 
     @property
     def distances(self) -> list[Distance]:
-        """How far both are apart, by quantity.
+        """How far the run and the series are apart, by quantity.
 
-        Up to the run's horizon, beyond which it is not known instant by instant; none before it.
+        They are compared up to the run's horizon: beyond it the run is not known instant by
+        instant. The list is empty if no row lies before the horizon.
         """
         judged = self.time < self.result.error.known_until
         by_signal = []
@@ -260,10 +261,10 @@ class Against:
 
 
 def against(result: Result, series: Series, shift: float | str = 0.0) -> Against:
-    """Hold a run against a series, whose times are shifted (s); 'find' looks for the shift.
+    """Compare a run with a series whose times are shifted (s); 'find' searches for the shift.
 
-    That one is taken that makes the mean of the squared differences least, each quantity as a part
-    of its own spread, of those that leave half the rows or more within the run.
+    The best shift has the least mean of squared differences, where each quantity is divided by its
+    own spread. At least half the rows must lie within the run.
 
     Raises:
         NoOverlapError: too few rows lie within the run.
@@ -287,15 +288,15 @@ def against(result: Result, series: Series, shift: float | str = 0.0) -> Against
 
 
 def _within(result: Result, time: FloatArray) -> BoolArray:
-    """Which instants lie within a run; both ends count."""
+    """Which instants lie within a run, its ends included."""
     begin, end = result.time[[0, -1]]
     near = NEGLIGIBLE * (end - begin)
     return np.asarray((time >= begin - near) & (time <= end + near))
 
 
 def _best_shift(result: Result, series: Series) -> float:
-    """Return the shift (s) that fits best; of those that fit alike the smallest."""
-    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - takes a second, which `check` saves
+    """Return the shift (s) that fits best; the smallest one if several fit equally."""
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - a second that `check` saves
 
     time, (begin, end) = series.time, result.time[[0, -1]].tolist()
     needed = max(len(time) // 2, 2)
@@ -314,7 +315,8 @@ def _best_shift(result: Result, series: Series) -> float:
             for name, values in series.values.items()
         )
 
-    # Between these ends so many rows can be in the run: the last ones, or the first.
+    # Between these shifts the run has enough rows: at the lower the last ones, at the upper the
+    # first.
     low, high = begin - float(time[-needed]), end - float(time[needed - 1])
     step = max(float(np.median(np.diff(np.unique(time)))) / 2, (high - low) / MOST_SHIFTS)
     tried = np.arange(np.floor(low / step), np.ceil(high / step) + 1) * step  # 0 among them

@@ -1,8 +1,8 @@
-"""What a Result means: crank angle, path of a point, response of a struck body, strikes, touches.
+"""Quantities of a run: crank angle, path of a point, response of a struck body, touches, strikes.
 
 Pure numbers from a `Result`: no engine, no file. Times in s, lengths in m, angles in rad; N is the
-number of samples. What a scene does not have, a point, a contact, a joint with walls, or a revolute
-joint where a crank is asked for, is a ValueError that says so.
+number of samples. If the scene lacks the point, the contact, the joint with walls, or a revolute
+joint as a crank, a ValueError says so.
 """
 
 from exudyn_flexlink.observables.bending import Bending, BendingPeak, bending

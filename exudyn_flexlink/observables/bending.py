@@ -1,8 +1,8 @@
-"""How flexible links are bent: moments of their hinges, and stress and strain of their surface.
+"""Bending of flexible links: moments of their hinges, and stress and strain at their surface.
 
-With the angle phi, stiffness k and damping c of a hinge its moment is ``M = k phi + c phi'``. In a
-section with the second moment I, whose outermost fibre is h/2 from the bending axis, the stress of
-that fibre is ``M h / (2 I)``, and its strain ``M h / (2 E I)``.
+A hinge with angle phi, stiffness k and damping c has the moment ``M = k phi + c phi'``. In a
+section with the second moment I, the outermost fibre is h/2 from the bending axis. Its stress is
+``M h / (2 I)``, and its strain ``M h / (2 E I)``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Energies of a run over time, with what their balance misses."""
+"""Energies of a run over time, with the residual of their balance."""
 
 from __future__ import annotations
 

@@ -18,10 +18,10 @@ from exudyn_flexlink.result import Result
 from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, SlotJoint, WeldJoint
 
-WEAK_FORCE = 1e-6  # of the largest force of its unit: of a smaller one no part is told
+WEAK_FORCE = 1e-6  # of the largest force of its unit: a smaller one has no relative error
 BENDING = "bending moment"
 KINDS = {"N": "force", "N m": "torque"}
-NO_FORCE = 1e-12  # N or N m: likewise, as it is rounding
+NO_FORCE = 1e-12  # N or N m: a smaller force is rounding, and has no relative error either
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Force(OverTime):
         return self.lengths(np.atleast_2d(self.values)).reshape(np.shape(self.time))
 
     def lengths(self, values: FloatArray) -> FloatArray:
-        """Sizes (n,) of such forces (n, k), or of differences of them."""
+        """Sizes (n,) of forces (n, k) of this kind, or of their differences."""
         order = np.inf if self.quantity == BENDING else 2
         return np.asarray(np.linalg.norm(values.reshape(len(values), -1), order, axis=1))
 
@@ -73,8 +73,8 @@ class ForcePeak:
 def forces_of(result: Result) -> dict[str, Force]:
     """Torques and forces of drives; forces of slots, joints, springs, gears, walls and contacts.
 
-    Also what dry friction brakes joints with.
-    Without the forces in hinges inside a flexible body, whose moments are told.
+    Also forces and torques of dry friction in joints. A hinge inside a flexible body has no force
+    here; its bending moment is.
     """
     joints = {n: force for n, force in result.joint_forces.items() if n in result.scene.joints}
     kinds: tuple[tuple[str, str, Mapping[str, FloatArray]], ...] = (
@@ -106,7 +106,7 @@ def forces_of(result: Result) -> dict[str, Force]:
 
 
 def friction_unit(scene: Scene, joint: str) -> str:
-    """Unit of what brakes a joint: of a slide N, else N m."""
+    """Unit of a joint's dry friction: N for a slide, else N m."""
     return "N" if isinstance(scene.joints[joint], PrismaticJoint) else "N m"
 
 
@@ -127,7 +127,7 @@ def hinge_places(body: FlexibleBody) -> FloatArray:
 def bending_places(scene: Scene, link: str) -> FloatArray:
     """Places (P,) m on a link, from its start, of which bending moments are told.
 
-    Those of its hinges and stations, and of the ends that are welded to something.
+    These are its hinges, its stations, and its welded ends.
     """
     body = bent_links(scene)[link]
     joints = (joint for joint in scene.joints.values() if isinstance(joint, WeldJoint))
@@ -144,11 +144,11 @@ def bending_places(scene: Scene, link: str) -> FloatArray:
 def moments(result: Result, link: str) -> FloatArray:
     """Bending moments (N, P) N m of a link at `bending_places`, positive where it bends left.
 
-    Those between two hinges are on the straight line through the moments of both, as they are where
-    no load acts there; those beyond the first and the last hinge on the line through two of them.
+    Between two hinges the moment is interpolated linearly, which is exact without a load there.
+    Beyond the first and the last hinge it is extrapolated linearly.
 
-    The rods of a link that was solved as a beam are its chords. Between two of them it bends over
-    the distance of their middles: 3/4 of a cell beside a half rod.
+    If the link was solved as a beam, its rods are chords of the beam. Between two chords it bends
+    over the distance of their middles: 3/4 of a cell beside a half rod.
     """
     mechanism = build_mechanism(result.scene)
     parts = set(mechanism.bodies[link])
@@ -184,7 +184,7 @@ def momentary_forces(result: Result) -> set[str]:
 
 
 def _wall_forces(result: Result) -> dict[str, FloatArray]:
-    """Force of each wall on the link or pin, the sum over all that touches it, where is play."""
+    """Force of each wall on the link or pin: the sum over its contacts, for joints with play."""
     pushes = {}
     for joint in sleeves_with_play(result):
         history, slot = result.sleeves[joint], isinstance(result.scene.joints[joint], SlotJoint)

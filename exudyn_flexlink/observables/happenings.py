@@ -79,20 +79,20 @@ def _motions(result: Result) -> dict[str, tuple[FloatArray, FloatArray]]:
 
 
 def _least_way(result: Result) -> float:
-    """Way (m) by which points may be off: a smaller one between two reversals tells nothing.
+    """Error (m) that points may have: a smaller way between two reversals means nothing.
 
-    Where a run is off by more than was asked, its warnings tell from when on; a motion before may
-    be true all the same.
+    If a run's error exceeds the tolerance, its warnings say from which instant on; the motion
+    before may still be accurate.
     """
     error = result.error
     return max(INVISIBLE, 0.0 if error.missing else min(error.largest, error.limit))
 
 
 def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float) -> FloatArray:
-    """Instants (K,) s at which a rate (N,) changes its sign; where it rests before, those of that.
+    """Instants (K,) s at which a rate (N,) changes its sign; after a rest, the begin of the rest.
 
-    Only those of extremes of the `way` (N,) that it leaves by `least` or more on both sides.
-    Between two samples the rate goes straight.
+    Only extremes of the `way` (N,) count that it leaves by `least` or more on both sides. Between
+    two samples the rate is linear.
     """
     from scipy.signal import find_peaks  # noqa: PLC0415 - a check needs no SciPy
 

@@ -1,4 +1,4 @@
-"""What samples tell of the instants between them; N is the number of samples."""
+"""Values between samples, by interpolation; N is the number of samples."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from exudyn_flexlink.arguments import instants, takes
 from exudyn_flexlink.arrays import FloatArray, members
 from exudyn_flexlink.rounding import KNOT_TIME, LAST_PLACES, ROUNDING
 
-HARMLESS = 1e-3  # of the largest rate: a smaller jump makes no cubic overshoot visibly
+HARMLESS = 1e-3  # of the largest rate: with a smaller jump a cubic does not overshoot visibly
 
 Record = TypeVar("Record")
 
 
 class OverTime:
-    """A dataclass of arrays along samples `time` (N,) s that tells them at other instants, too."""
+    """A dataclass of arrays at samples `time` (N,) s; it has values at other instants, too."""
 
     if TYPE_CHECKING:
         time: FloatArray
@@ -35,10 +35,11 @@ class OverTime:
 
 @takes(time=instants)
 def at_instants(record: Record, time: ArrayLike) -> Record:
-    """Return a dataclass that has `time` (N,) s with its arrays at instants (M,) s, or at one.
+    """Return a dataclass of samples at `time` (N,) s, interpolated at instants (M,) s, or at one.
 
-    Arrays whose rates it has are interpolated by `between_samples`, others by `straight_between`;
-    of bounds the larger one of both samples around holds. What has no axis of time stays.
+    An array with known rates is interpolated by `between_samples`, others by `straight_between`.
+    For a bound, the larger value of the samples on both sides is taken. Arrays without a time axis
+    stay.
 
     Raises:
         ValueError: one of them is not in the run.
@@ -84,8 +85,8 @@ def straight_between(
 ) -> FloatArray:
     """Values at `instants` (M,) s on straight lines between samples (N, ...) at `time` (N,) s.
 
-    At a jump, on both sides of which there is a sample, it is the later one. Before the first
-    sample and after the last the value is theirs. Of a `bound` it is the larger of both samples.
+    At a jump, which has a sample on both sides, the later one counts. Before the first sample and
+    after the last one the value stays constant. For a `bound` it is the larger of both samples.
     """
     latest = instants + LAST_PLACES * np.spacing(np.abs(instants))
     before = np.clip(np.searchsorted(time, latest, side="right") - 1, 0, len(time) - 1)
@@ -132,8 +133,8 @@ def between_samples(
 def derivative(time: FloatArray, values: FloatArray) -> FloatArray:
     """Time derivative (N, ...) of values (N, ...) at samples (N,) s, by cubic splines.
 
-    There is one spline between every two jumps, on both sides of which there is a sample; nan where
-    one sample alone is between two of them.
+    A jump has a sample on both sides; a spline goes from each jump to the next. The result is nan
+    if a single sample is between two jumps.
     """
     # scipy takes long to import, and few ask for accelerations
     from scipy.interpolate import CubicSpline  # noqa: PLC0415

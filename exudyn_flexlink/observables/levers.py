@@ -1,8 +1,7 @@
 """The response of struck bodies, and the quantities whose extremes a run keeps.
 
 A struck body turns on a hinge, slides, or is free: its response is an angle or a displacement. An
-engine evaluates the quantities at the nodes of its steps, so that extremes do not depend on
-samples.
+engine evaluates the quantities at the nodes of its steps, so extremes do not depend on samples.
 """
 
 from __future__ import annotations
@@ -125,10 +124,10 @@ Answer = Turned | Slid | Moved
 
 
 def answer_of(scene: Scene, mechanism: Mechanism, contact: Contact, start: FloatArray) -> Answer:
-    """The measure of the motion of the body that a contact strikes.
+    """Return the measure of the motion of the body that a contact strikes.
 
-    `start` (parts, 3) are the poses at time 0. For a free body it is the displacement of the last
-    anchor of the struck face, along the normal at time 0.
+    `start` (parts, 3) are the poses at time 0. A free body is measured by the displacement of the
+    last anchor of the struck face, along the normal at time 0.
     """
     part = contact.parts[1]
     body = mechanism.parts[part].body
@@ -172,7 +171,7 @@ def measures(scene: Scene) -> dict[str, Measure]:
 def carrying_joint(scene: Scene, mechanism: Mechanism, body: str) -> Carrying | None:
     """Return the joint on which a body, with bodies welded to it, turns or slides.
 
-    It is one to the ground, else the first of the scene; None without a joint.
+    A joint to the ground comes first, else the first joint of the scene; None without a joint.
     """
     fixed = _rigid_group(mechanism, body)
     joints = [
@@ -195,7 +194,7 @@ def _rigid_group(mechanism: Mechanism, body: str) -> set[int]:
 
 
 def _joints(scene: Scene, mechanism: Mechanism, fixed: set[int]) -> Iterator[Carrying]:
-    """Hinges and slides of the scene's joints, in order, without the sleeve of a guide itself."""
+    """Hinges and slides of the scene, in order, without sleeves whose guide is in `fixed`."""
     joints = {joint.name: joint for joint in (*mechanism.hinges, *mechanism.slides)}
     for name, joint in scene.joints.items():
         if name in joints and not (
@@ -268,7 +267,7 @@ class LeverResponse(OverTime):
 
     @property
     def _all(self) -> Extremes:
-        """Extremes and samples; at the ends of a part of a run only samples have the value."""
+        """Extremes and samples; only samples have the values at the ends of a part of a run."""
         extremes = self.extremes
         return Extremes(np.append(extremes.time, self.time), np.append(extremes.value, self.value))
 
@@ -290,7 +289,7 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
     if part == GROUND:
         raise ValueError(f"the contact '{contact}' strikes the ground")
     body, start = mechanism.parts[part].body, result.poses[0]
-    # A body has one measure for all contacts that strike it: the run's extremes are of this.
+    # A body has one measure for all contacts that strike it; the run's extremes belong to it.
     first = struck_by(mechanism, struck_bodies(result.scene)[body])
     answer = answer_of(result.scene, mechanism, first, start)
     value, rate = answer.motion(result.poses, result.rates)
@@ -316,7 +315,7 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
 def _set_back(q: FloatArray, answer: Turned | Slid | Moved, part: int, by: float) -> FloatArray:
     """Poses (parts, 3) with the struck part turned back by an angle (rad) about its hinge, if any.
 
-    This is the pose at rest, for a run that goes on from another one with the part displaced.
+    This is the pose at rest, for a run that continues another run with the part displaced.
     """
     if not isinstance(answer, Turned):
         return q
@@ -352,11 +351,11 @@ def extremes_of(scene: Scene, contact: str) -> tuple[str, str]:
 
 
 class Watched:
-    """What is watched of a scene, whose parts are at `start` (parts, 3) at time 0.
+    """The watched quantities of a scene, whose parts are at `start` (parts, 3) at time 0.
 
-    Of every struck body its angle or displacement and the rate of that, of the watched point x, y,
-    distance from O and speed; of `contacts`, those of joints with clearance among them, force and
-    penetration, which an engine finds by itself. `names` (k,) tell quantity and unit.
+    For every struck body: its angle or displacement, and the rate. For the watched point: x, y,
+    distance from O, and speed. For `contacts`, also in joints with clearance: force and
+    penetration; an engine finds these by itself. `names` (k,) tell quantity and unit.
     """
 
     def __init__(self, scene: Scene, mechanism: Mechanism, start: FloatArray) -> None:
@@ -384,8 +383,9 @@ class Watched:
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Values at poses and rates (m, n, parts, 3): places, their rates, speeds, their slopes.
 
-        (m, n, places) twice and (m, n, speeds) twice, in the order of `names`; squared where
-        `unsquared` takes the root. `slopes` differentiates velocities (m, n, c) within a step.
+        Shapes are twice (m, n, places) and twice (m, n, speeds), in the order of `names`. Values
+        are squares where `unsquared` takes the root. `slopes` differentiates velocities (m, n, c)
+        within a step.
         """
         place = anchor_position(self._anchor, poses)
         going = anchor_velocity(self._anchor, poses, rates)
@@ -394,7 +394,7 @@ class Watched:
         distance, growing = np.sum(place * place, axis=-1), 2 * np.sum(place * going, axis=-1)
         velocities = np.stack([*moving, going[..., 0], going[..., 1]], axis=-1)
         slope = slopes(velocities)
-        # The square has twice the degree of the velocity: its values alone do not tell its slope.
+        # The square has twice the degree of the velocity, so its values don't determine its slope.
         square = np.sum(going * going, axis=-1)
         bend = 2 * np.sum(going * slope[..., -2:], axis=-1)
         return (
@@ -405,10 +405,10 @@ class Watched:
         )
 
     def sizes(self, poses: FloatArray) -> FloatArray:
-        """Sizes (places,) of what the places are differences of, at poses (m, n, parts, 3).
+        """Sizes (places,) of the numbers behind the places, at poses (m, n, parts, 3).
 
-        They have the rounding of these: a length that of the farthest one, an angle that of the
-        largest, but of a radian at least, as sines and cosines have it.
+        They determine the rounding of places: for a length the farthest coordinate counts, for an
+        angle the largest angle, but at least 1 rad, the size in sines and cosines.
         """
         ends = poses[..., :2], anchor_position(self._anchor, poses)
         far = max(float(np.abs(end).max()) for end in ends)
@@ -417,5 +417,5 @@ class Watched:
         return np.array([*answers, far, far, far**2])
 
     def unsquared(self, which: int, values: FloatArray) -> FloatArray:
-        """Values in the unit of their name."""
+        """Values in the unit of their name, as roots of squares."""
         return np.sqrt(np.maximum(values, 0.0)) if which in self._squared else values

@@ -1,9 +1,9 @@
-"""How far two runs are apart, instant by instant: in points that are judged, and in forces.
+"""Distance of two runs, instant by instant: in judged points, and in forces.
 
-Forces are known worse than the positions that they belong to: where positions err by a vibration,
-forces err by that times the square of its frequency. So they have errors of their own. Times in s,
-lengths in m; N is the number of instants.
-The force of a joint comes with the bound of its error at each sample.
+Forces are less accurate than positions: if positions err by a vibration, forces err by that times
+the square of its frequency. So forces have separate errors. Times are in s, lengths in m; N is the
+number of instants.
+The force of a joint has a bound of its error at each sample.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ from exudyn_flexlink.rounding import PLACE_ROUNDING, SUM_ROUNDING
 from exudyn_flexlink.scene import RevoluteJoint
 from exudyn_flexlink.source import unknown
 
-ALIKE = 0.999  # of the largest distance: no reason to name another point than the first
-VISIBLE = 1e-3  # of the room that points take: runs that differ by more have parted
+ALIKE = 0.999  # of the largest distance: points within it are equal, and the first is named
+VISIBLE = 1e-3  # of the box in which points move: runs that differ by more have parted
 # A run's error bound over its distance from a run that is less accurate. Both may miss the same
 # vibration, or graze the same wall, and be nearer to each other than the better one is to the
 # truth. Of 87 hard runs, those of the first 29 scenes of `scripts/told_errors.py`, 84 are off by no
 # more than this bound, the other three by up to 2.4 times the bound. Every run that is off by more
 # than its tolerance warns; of 46 runs that keep their tolerance 27 warn, too.
 FACTOR = 3.0
-TIGHTER = 0.1  # of the tolerance, or of a given step: that of a run that tells what both hide
-# Of the samples in touches: this part, those that differ least, gives the error of a contact's
-# force. The others lie where a force falls from loading to unloading in less than a step; there the
-# coarser run is a hundred times worse than the finer one, elsewhere ten times. Of the 40 strikes of
-# scripts/random_touches.py the median error bound is some ten times the true largest error, and no
-# sample of the finer run is off by more than its bound.
+TIGHTER = 0.1  # of the tolerance or given step: for a run that shows errors common to both runs
+# Part of the samples in touches that gives the error of a contact's force: those that differ least.
+# The other samples lie where a force falls from loading to unloading in less than a step. There the
+# error of the coarser run is a hundred times that of the finer one, elsewhere ten times. For the 40
+# strikes of scripts/random_touches.py the median error bound is some ten times the true largest
+# error, and no sample of the finer run has a larger error than its bound.
 MOST_SAMPLES = 0.97
 
 Pair = tuple[str, str]
@@ -55,7 +55,7 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Deviation:
-    """Distances (N,) m of what is judged at instants (N,) s."""
+    """Distances (N,) m of two runs at instants (N,) s."""
 
     time: FloatArray
     distance: FloatArray
@@ -67,7 +67,7 @@ class Deviation:
 
     @property
     def largest_at(self) -> float:
-        """Instant (s) of the largest distance, the first of such."""
+        """Instant (s) of the largest distance, the first one of several."""
         return float(self.time[int(self.distance.argmax())])
 
     @property
@@ -82,10 +82,10 @@ class Deviation:
 
 
 def first_beyond(time: FloatArray, values: FloatArray, limit: float) -> float | None:
-    """First of some instants (N,) s at which a value (N,) is above a limit, or no number.
+    """First of some instants (N,) s at which a value (N,) is above a limit, or is nan.
 
-    Of the distances of two runs of one engine at different settings it tells how long the motion is
-    predictable: from it on, pointwise differences say nothing about an engine.
+    For the distances of two runs of one engine at different settings it tells how long the motion
+    is predictable. After it, differences at single instants say nothing about an engine.
     """
     beyond = np.flatnonzero(~(values <= limit))
     return float(time[beyond[0]]) if len(beyond) else None
@@ -94,7 +94,7 @@ def first_beyond(time: FloatArray, values: FloatArray, limit: float) -> float | 
 def separation(
     first: Result, second: Result, time: FloatArray, points: Sequence[str] = ()
 ) -> FloatArray:
-    """Distance (N,) m of the farthest of some points, or of those judged, at instants (N,) s."""
+    """Largest distance (N,) m of some points, by default the judged ones, at instants (N,) s."""
     points = points or common_points(first, second)
     return np.asarray(separations(first, second, time, points).max(axis=1))
 
@@ -108,7 +108,7 @@ def separations(
 
 
 def farthest(points: Sequence[str], distances: FloatArray) -> str:
-    """Name of the point with the largest of distances (points,), the first of those alike."""
+    """Name of the point with the largest distance (points,), the first one of equal points."""
     alike = distances >= ALIKE * distances.max()
     return points[int(alike.argmax())]
 
@@ -120,14 +120,14 @@ def common_points(first: Result, second: Result) -> tuple[str, ...]:
 
 
 def parting_limit(result: Result) -> float:
-    """Difference (m) that counts as parted: a part of the room the judged points take."""
+    """Difference (m) that counts as parted: a part of the box in which judged points move."""
     return VISIBLE * room(result, judged_points(result.scene))
 
 
 def common_times(first: Result, second: Result) -> FloatArray:
-    """Even instants (N,) s that the first run's scene asks for, up to the end of the shorter run.
+    """Even instants (N,) s of the first run's scene, up to the end of the shorter run.
 
-    Where a run has no sample there, it is interpolated: see `between_samples`.
+    A run without a sample at an instant is interpolated: see `between_samples`.
     """
     scene = first.scene
     begin = float(max(first.time[0], second.time[0]))
@@ -148,14 +148,14 @@ def positions(result: Result, points: Sequence[str], time: FloatArray) -> FloatA
 def force_deviations(
     first: Result, second: Result, until: float = inf, near: float = 0.0
 ) -> dict[str, ForceDeviation]:
-    """How far forces of two runs are apart before `until` (s), by what they are called.
+    """How far forces of two runs are apart before `until` (s), by their names.
 
-    They are compared at the instants that the first run's scene asks for. Instants at which one run
-    touches what the other does not, or that are next to an impulse, are left out: there the force
-    of a contact acts in one run and not yet in the other, which tells how far apart the touches
-    begin, not how far off any force is. The force of a contact is compared touch by touch, see
-    `_in_touches`; `near` (m) is how well a place is known at best. Dry friction is left out where
-    the two runs slip in different directions, or where one of them rests.
+    They are compared at the instants of the first run's scene. An instant is left out if a pair
+    touches in only one of the runs, or if an impulse is near. There a contact's force acts in one
+    run and not yet in the other; the difference shows the time between the touches, not the error
+    of a force. The force of a contact is compared touch by touch, see `_in_touches`; `near` (m) is
+    the best accuracy of a place. Dry friction is left out where the two runs slip in different
+    directions, or where one of them rests.
     """
     time = common_times(first, second)
     spacing = float(np.max(np.diff(time), initial=0.0))
@@ -169,14 +169,14 @@ def force_deviations(
         if name not in both[1]:
             continue
         values = [forces[name].values for forces in both]
-        if values[0].shape[1:] != values[1].shape[1:]:  # links of other numbers of rods
+        if values[0].shape[1:] != values[1].shape[1:]:  # links with different numbers of rods
             values = [forces[name].size for forces in both]
         first_force, second_force = (
             straight_between(run.time, value, time)
             for run, value in zip((first, second), values, strict=True)
         )
         same = alike
-        if first.stages:  # at some instants a joint may exist in one of them alone
+        if first.stages:  # at some instants a joint may exist in only one run
             gone = np.isnan(first_force + second_force)
             same = alike & ~gone.any(axis=tuple(range(1, gone.ndim)))
         if force.quantity.startswith("friction"):
@@ -195,7 +195,7 @@ def force_deviations(
 
 
 def _slip(result: Result, joint: str, time: FloatArray) -> FloatArray:
-    """Which way friction brakes a joint that slips at instants (N,) s: 1 or -1; 0 at rest."""
+    """Sign of the friction in a slipping joint at instants (N,) s: 1 or -1; 0 at rest."""
     friction = result.frictions[joint]
     begun, ended = (np.searchsorted(edge, time, "right") for edge in (friction.begin, friction.end))
     way = np.sign(straight_between(result.time, friction.torque, time))
@@ -205,13 +205,13 @@ def _slip(result: Result, joint: str, time: FloatArray) -> FloatArray:
 def _in_touches(
     first: Result, second: Result, name: str, until: float, near: float
 ) -> tuple[ForceSpread | None, float | None]:
-    """How far two runs differ in a contact's touches before `until` (s): in force, and in time (s).
+    """How far a contact's touches in two runs differ before `until` (s): in force, and in time (s).
 
     Forces are compared at the samples of the second run, which has fewer. Each of its touches is
-    aligned with the nearest touch of the first run: both count time from their begins, up to the
-    end of the shorter one. At equal instants the difference would be mostly that of the begins,
-    times a steep slope. Time is the largest difference of the begins and of the ends, and at least
-    what the fastest approach takes for `near` (m).
+    aligned with the nearest touch of the first run: time counts from the begin of each touch, up to
+    the end of the shorter one. Without alignment the difference would be mostly the shift of the
+    begins, times a steep slope. The difference in time is the largest one of begins and ends; it is
+    at least `near` (m) divided by the fastest approach.
     """
     both = [run.contacts[name].touches for run in (first, second)]
     touches = [list(intervals) for intervals in both]
@@ -242,29 +242,29 @@ def _in_touches(
 
 
 def _between(time: FloatArray, values: FloatArray) -> Any:
-    """Values between samples (n,), which rise and fall as these do."""
+    """Interpolate samples (n,) monotonically, without overshoot."""
     from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - who measures waits for SciPy
 
     return PchipInterpolator(time, values)
 
 
 def _matched(first: FloatArray, second: FloatArray) -> Iterator[tuple[int, int]]:
-    """Pairs of indices of increasing instants (n,) and (m,) that are nearest to each other."""
+    """Pairs of indices: instants (n,) and (m,), increasing, that are nearest to each other."""
     if len(first) and len(second):
         in_second, in_first = _nearest(second, first), _nearest(first, second)
         yield from ((k, m) for k, m in enumerate(in_second.tolist()) if in_first[m] == k)
 
 
 def _nearest(instants: FloatArray, others: FloatArray) -> IndexArray:
-    """Index (n,), among increasing `instants` (m,), of the one nearest to each of `others` (n,)."""
+    """For each of `others` (n,), index (n,) of the nearest of the increasing `instants` (m,)."""
     middles = 0.5 * (instants[1:] + instants[:-1])
     return np.searchsorted(middles, others)
 
 
 def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
-    """Times (n,) since the begin of a touch of its samples, and forces there.
+    """Samples of a touch: times (n,) since its begin, and forces.
 
-    Where the force leaps at the begin or the end, there are two samples; the one inside the touch
+    If the force jumps at the begin or the end, there are two samples; the one inside the touch
     counts. An event within the touch may have two samples that differ by rounding; the later one
     counts.
     """
@@ -275,10 +275,10 @@ def _inside(result: Result, name: str, begin: float, end: float) -> tuple[FloatA
 
 
 def worst_force(deviations: Mapping[str, ForceDeviation]) -> tuple[str, float]:
-    """Name of the force that is farthest off, relative to its largest value, and that ratio.
+    """Name of the force with the largest relative error, and this error over the largest force.
 
-    Errors while nothing touches count. Only where something touches all the time, or where no force
-    acts while nothing touches, the errors in touches count. Forces that are rounding, beside the
+    Errors while nothing touches count. Errors in touches count only if something touches all the
+    time, or if no force acts while nothing touches. Forces that are rounding, compared with the
     largest of their unit, are left out. If no force is left, the name is empty and the ratio 0.
     """
     acts = any(
@@ -307,9 +307,9 @@ def _spread(
     second: FloatArray,
     share: float = 1.0,
 ) -> ForceSpread | None:
-    """How far forces (n,) or (n, k) are apart in a `share` of samples, those that differ least.
+    """How far forces (n,) or (n, k) are apart, in the `share` of samples that differ least.
 
-    `lengths` are sizes (n,) of such forces.
+    `lengths` returns sizes (n,) of forces.
     """
     if not len(time):
         return None
@@ -343,7 +343,7 @@ def _any(time: FloatArray, masks: Sequence[BoolArray]) -> BoolArray:
 
 
 def _pairs(result: Result, time: FloatArray) -> dict[Pair, BoolArray]:
-    """Whether each pair of what can touch does, at instants (N,) s."""
+    """Whether each pair that can touch does touch, at instants (N,) s."""
     masks = {}
     for name, touches in result.intervals.items():
         pairs = result.sleeves[name].pairs if name in result.sleeves else (name,)
@@ -363,22 +363,22 @@ def _near_impulses(result: Result, time: FloatArray, spacing: float) -> BoolArra
 
 
 def error_between(run: Result, other: Result, least: float, tolerance: float) -> MeasuredError:
-    """Bound the error of `run`, in points that are judged and in forces, by comparing another run.
+    """Bound the error of `run`, in judged points and in forces, by comparison with another run.
 
-    `least` (m) is the smaller tolerance of both: no smaller error can be told. `tolerance` (m) is
-    that of the other run. From where both have parted visibly on, no error is known.
+    `least` (m) is the smaller tolerance of both: smaller errors are unknown. `tolerance` (m) is
+    that of the other run. From the instant at which both have visibly parted, no error is known.
     """
     points = judged_points(run.scene)
     if max(room(result, points) for result in (run, other)) <= PLACE_ROUNDING:
         return MeasuredError(missing=still_text(points))
     asked = run.scene.accuracy.tolerance
-    assert asked is not None  # runs of given steps are not measured
+    assert asked is not None  # runs with given steps are not measured
     time = common_times(run, other)
     distances = separations(run, other, time, points)
     distances = np.maximum.accumulate(np.where(np.isfinite(distances), distances, np.inf), axis=0)
     apart = distances.max(axis=1)
     error = np.maximum(FACTOR * apart, least)
-    # Where little moves, a visible part of that may be less than was asked for.
+    # If points hardly move, the limit of parting may be less than the tolerance.
     parted = max(parting_limit(run), asked)
     horizon = first_beyond(time, apart, parted)
     last = len(time) - 1 if horizon is None else max(int(np.searchsorted(time, horizon)) - 1, 0)

@@ -184,14 +184,14 @@ def judged_points(scene: Scene) -> tuple[str, ...]:
 
 
 def name_of(points: Sequence[str]) -> str:
-    """The points whose errors count, in words: 'link.end', or 'all 9 named points'."""
+    """Text for the points whose errors count: 'link.end', or 'all 9 named points'."""
     if len(points) == 1:
         return points[0]
     return "both named points" if len(points) == 2 else f"all {len(points)} named points"
 
 
 def still_text(points: Sequence[str]) -> str:
-    """Message that the points whose errors count do not move."""
+    """Message that says: the points whose errors count do not move."""
     return f"{name_of(points)} stand{'s' * (len(points) == 1)} still"
 
 
@@ -260,8 +260,8 @@ def crank_joint(scene: Scene) -> str | None:
 def crank_column(scene: Scene) -> str | None:
     """Name of the crank joint's angle in files; None without a joint.
 
-    It is 'crank_angle' if the joint is driven, or its turns end the run, else it has the joint's
-    name.
+    It is 'crank_angle' if the joint is driven or its turns end the run; otherwise it contains the
+    joint's name.
     """
     name = crank_joint(scene)
     driven = any(getattr(drive, "joint", None) == name for drive in scene.drives.values())
@@ -342,7 +342,7 @@ def lap_of(angle: FloatArray) -> IndexArray:
 
 
 def first_passes(time: FloatArray, angle: FloatArray, wanted: FloatArray) -> FloatArray:
-    """First instants (s) at which an angle (N,) passes each wanted value, in its own direction."""
+    """First instants (s) at which an angle (N,) passes each wanted value in its own sense."""
     way = np.sign(angle[-1] - angle[0]) or 1.0
     ahead = np.maximum.accumulate(way * angle)
     passes = []

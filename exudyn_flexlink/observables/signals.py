@@ -99,7 +99,7 @@ def table_columns(scene: Scene) -> dict[str, str]:
     """Names of quantities by those that columns have in the tables of a run, without units."""
     watched, by_body = watched_point(scene), measures(scene)
     columns = {axis: f"{watched}.{axis}" for axis in "xy"}
-    if len(by_body) == 1:  # of two struck bodies the tables have the same names of columns
+    if len(by_body) == 1:  # tables of several struck bodies share names of columns
         columns |= {measure.word: f"{body}.response" for body, measure in by_body.items()}
     return columns
 
@@ -113,8 +113,8 @@ def unknown_signal(name: str, known: Iterable[str]) -> str:
 
 SEGMENT = 0.5  # of the record: length of the spectrum's segments, which overlap by half
 MOST_LINES = 3
-WEAK = 0.01  # of the strongest line's power: weaker ones are not named
-GRID = 8  # trial frequencies for each one over the length of the record: a peak is 4 / T wide
+WEAK = 0.01  # of the strongest line's power: weaker lines are left out
+GRID = 8  # trial frequencies in each interval of 1 / T: a peak is 4 / T wide
 FEWEST = 32  # samples of a spectrum
 
 
@@ -134,7 +134,7 @@ class Spectrum:
 
 def spectrum(time: FloatArray, values: FloatArray) -> Spectrum:
     """Spectrum of values (N,) at even instants (N,) s; the last, the run's end, may be uneven."""
-    # scipy takes a second to import, which `check` should not wait for
+    # the import of scipy takes a second, and `check` should not wait for it
     from scipy.signal import find_peaks, welch  # noqa: PLC0415
 
     count = max(1, int(SEGMENT * len(time)))
@@ -225,10 +225,10 @@ def perturbation(result: Result, point: str, time: FloatArray) -> FloatArray | N
 
 
 def on_axis(result: Result, point: str) -> FloatArray | None:
-    """Place (N, 2), m, of a link's end if the link lay straight on the axis of its guide.
+    """Place (N, 2), m, of a link's end on an ideal link: straight, on the axis of its guide.
 
-    The link's start keeps its place along the guide, without its distance from the axis. None if
-    the point is no end of a link in a guide.
+    The start of the ideal link has the same place along the guide, but lies on the axis. None if
+    the point is not the end of a link in a guide.
     """
     body, inner = split_point(point)
     scene = result.scene

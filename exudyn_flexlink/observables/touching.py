@@ -39,12 +39,12 @@ class State(IntEnum):
 
     @property
     def label(self) -> str:
-        """In words, short enough for the head of a column."""
+        """The state in words that fit the head of a column."""
         return ("free", "one point", "two, same side", "two, opposite")[self]
 
 
 TWO_POINTS = (State.SAME_SIDE, State.OPPOSITE_SIDES)
-"""Two points or more."""
+"""States with two points of contact or more."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class ContactStates:
         return np.stack([self.time[edge] for edge in edges], axis=1)
 
     def impacts(self, start: float = -np.inf, end: float = np.inf) -> int:
-        """How often the link, free until then, meets its guide from `start` to before `end` (s)."""
+        """Number of times from `start` to before `end` (s) that the free link meets its guide."""
         met = np.flatnonzero((self.state[1:] > 0) & (self.state[:-1] == 0)) + 1
         return int(np.sum((self.time[met] >= start) & (self.time[met] < end)))
 
@@ -104,7 +104,7 @@ class ContactTotals:
 
 @dataclass(frozen=True)
 class PairTotals:
-    """What one pair did: its name, how often and how long it touched, and what passed there."""
+    """Totals of one pair: number and time of its touches, impulse, energy lost, peak force."""
 
     pair: str
     touches: int
@@ -134,7 +134,7 @@ def contact_states(result: Result, joint: str) -> ContactStates:
 def contact_totals(
     result: Result, joint: str, start: float = -np.inf, end: float = np.inf
 ) -> ContactTotals:
-    """Contacts of a joint from `start` to `end` (s); what begins at `end` counts no more."""
+    """Contacts of a joint from `start` to `end` (s), without those that begin at `end`."""
     states, touches = contact_states(result, joint), _walls(result, joint).touches
     selected = touches.where((touches.begin >= start) & (touches.begin < end))
     return ContactTotals(
@@ -184,7 +184,7 @@ def pair_totals(result: Result, joint: str) -> list[PairTotals]:
 
 
 def sleeves_with_play(result: Result) -> list[str]:
-    """Names of the sleeves whose link may touch or not."""
+    """Names of the sleeves with clearance."""
     return [name for name, sleeve in result.sleeves.items() if any(sleeve.sides)]
 
 
@@ -194,7 +194,7 @@ def joints_with_play(result: Result) -> list[str]:
 
 
 def deepest(result: Result, joint: str) -> float:
-    """Largest penetration (m) of what presses in a joint; 0 where nothing can."""
+    """Largest penetration (m) of a joint's contacts; 0 if it has none."""
     if joint in result.bearings:
         return float(result.bearings[joint].touches.penetration.max(initial=0.0))
     return result.sleeves[joint].deepest if joint in result.sleeves else 0.0
@@ -203,9 +203,9 @@ def deepest(result: Result, joint: str) -> float:
 def flight_gaps(result: Result, name: str) -> FloatArray | None:
     """Largest gap (K,) m after each touch of a contact or bearing, until the next one begins.
 
-    At the top of the parabola through the sample with the largest gap and those beside it. nan
-    where no sample is free of the face, or none ahead of it, as after a point has slid off its end;
-    None of sleeves, of which no gap is kept.
+    It is the top of the parabola through the sample with the largest gap and its neighbours. It is
+    nan if no sample is free of the face, or none is in front of it, as after a point has slid off
+    its end. None for sleeves: no gap of them is kept.
     """
     history = result.contacts.get(name) or result.bearings.get(name)
     if history is None:
@@ -229,7 +229,7 @@ def flight_gaps(result: Result, name: str) -> FloatArray | None:
 
 
 def _walls(result: Result, joint: str) -> SleeveHistory:
-    """What presses in a joint; a journal in its bearing is one pair."""
+    """Contacts of a joint by pairs; a journal in its bearing is one pair."""
     if joint in result.sleeves:
         return result.sleeves[joint]
     if joint not in result.bearings:
@@ -241,7 +241,7 @@ def _walls(result: Result, joint: str) -> SleeveHistory:
     )
 
 
-SAME_STRIKE = pi / 2  # rad of crank angle without contact that ends a strike
+SAME_STRIKE = pi / 2  # rad of crank angle; so much without contact ends a strike
 
 
 @dataclass(frozen=True)

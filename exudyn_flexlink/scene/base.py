@@ -140,13 +140,13 @@ class ByType:
 
 
 def types_of(part: type[Part]) -> tuple[str, ...]:
-    """Return the values of the key `type` that mean this class; an empty text if it has no key."""
+    """Return the values of the key `type` that mean this class; `""` if it has no such key."""
     field = part.model_fields.get("type")
     return get_args(field.annotation) if field else ("",)
 
 
 def refuse_place(what: str, points: tuple[str, str], at: tuple[float, float] | None) -> None:
-    """Refuse a joint or spring whose place on the ground is missing, or given without need."""
+    """Refuse a joint or spring whose place on the ground is missing, or is given needlessly."""
     if points == (GROUND, GROUND):
         refuse("joins the ground to itself", at="points")
     if GROUND in points and at is None:
@@ -210,8 +210,8 @@ class Refers:
     """Annotation of a text, or of a mapping's names: they name parts of a `section`.
 
     The section may also be ``points``, or ``frames``: bodies and the ground. `kinds` are the types
-    of joints that are allowed, and `words` name these in messages; a sleeve may have a clearance
-    only with `play`. `to_slides` is the hint if the named joint slides.
+    of joints that are allowed, and `words` name these types in messages. A sleeve may have a
+    clearance only if `play` is true. `to_slides` is the hint if the named joint slides.
     """
 
     section: str
@@ -256,7 +256,7 @@ Point = Annotated[tuple[Coordinate, Coordinate], XY, Field(description="[x, y], 
 
 
 class ByForm:
-    """Annotation of a union of a name and of a list: the value's own form picks one of both."""
+    """Annotation of a union of a name and a list: the form of the value tells which it is."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler

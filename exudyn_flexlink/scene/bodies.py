@@ -27,7 +27,7 @@ from exudyn_flexlink.scene.base import (
     refuse,
 )
 
-FULL_TURN = 2 * pi * (1 + 1e-12)  # 360 deg, however it was rounded
+FULL_TURN = 2 * pi * (1 + 1e-12)  # 360 deg, with room for rounding
 
 
 class _Carried(Part):

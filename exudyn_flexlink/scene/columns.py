@@ -24,11 +24,11 @@ from exudyn_flexlink.scene.forces import DRIVE_DIMENSIONS, SPRING_COLUMNS
 from exudyn_flexlink.source import Document, KeyPath, Mistake
 
 Columns = Mapping[str, Sequence[Dimension]]
-"""Two columns by name, with the dimensions that each may have; none if these are not known."""
+"""Two columns by name, with the dimensions of each; no dimensions if they are not known."""
 PLACES: Columns = {"x": (Dimension.LENGTH,), "y": (Dimension.LENGTH,)}
 _CALLED = {"x": {"x"}, "y": {"y"}, "time": {"t", "time", "zeit", "temps"}}
 _POLAR = {"r", "radius", "rho", "angle", "theta", "phi", "θ", "φ"}
-_SEPARATORS = (";", "\t", ",", " ")  # in this order; a ',' is a decimal mark if others separate
+_SEPARATORS = (";", "\t", ",", " ")  # in this order; a ',' that separates nothing is a decimal mark
 _CELL = re.compile(r"[^\s()\[\]]*\s*[(\[][^()\[\]]*[)\]]|\S+")  # 'n [rpm]', if blanks separate
 _BRACKETED = re.compile(r"[(\[]\s*([^()\[\]]*?)\s*[)\]]$")
 _COMMENTED = re.compile(r"(?!\d)[^\s()\[\]]*\s*(?:in )?(?:[(\[][^()\[\]]*[)\]]|[^\s()\[\]]*)")
@@ -41,8 +41,8 @@ _KINDS = {
     b"\xfe\xff": f"text in UTF-16: {_SAVE}",
     b"MATLAB": "in a format of MATLAB: save columns as CSV, or give them from Python",
 }
-"""Kinds of files that are no text in UTF-8, by their first bytes."""
-_OF_TIME = "t"  # in the header 'M(t)': no tonne
+"""Kinds of files that are not text in UTF-8, by their first bytes."""
+_OF_TIME = "t"  # in the header 'M(t)' it is the time, not a tonne
 
 
 class BadFileError(Exception):
@@ -52,8 +52,9 @@ class BadFileError(Exception):
 def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[float]]]:
     """Return the numbers of lines and their rows, in SI units and in the order of `columns`.
 
-    The first row tells whether ';', tabs, ',' or blanks separate cells. Unless it is ',', numbers
-    may have a decimal comma. The lines above it, also behind '#', may name columns and units.
+    The first row tells whether ';', tabs, ',' or blanks separate cells. Numbers may have a decimal
+    comma, unless ',' separates cells. Lines above the first row may name columns and units, also
+    behind a '#'.
 
     Raises:
         BadFileError: a line can't be read, or its unit is unknown or does not fit.
@@ -67,9 +68,7 @@ def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[flo
             first, second = map(float, (line.replace(",", ".") if commas else line).split(by))
         except ValueError:
             first = second = float("nan")
-        if (
-            not isfinite(first + second) or "_" in line
-        ):  # which Python takes for nothing in a number
+        if not isfinite(first + second) or "_" in line:  # Python ignores a '_' in a number
             names = ", ".join(columns)
             raise BadFileError(
                 f"{path.name} line {i}: expected {names}, finite numbers; got '{line[:40]}'"
@@ -85,7 +84,7 @@ def read_columns(path: Path, columns: Columns) -> tuple[list[int], list[list[flo
 class Cells(NamedTuple):
     """A table as text: names of columns (or numbers from 1), numbers of lines, and their cells.
 
-    `comma` is true if a ',' in a cell is a decimal mark; `text` is that of the whole file.
+    `comma` is true if a ',' in a cell is a decimal mark; `text` is the text of the whole file.
     """
 
     names: list[str]
@@ -96,10 +95,10 @@ class Cells(NamedTuple):
 
 
 def read_cells(path: Path) -> Cells:
-    """Read a table of any number of columns, separated as those of `read_columns` are.
+    """Read a table of any number of columns, with the separators of `read_columns`.
 
-    Lines above the rows count if they have as many cells; the texts of a column are joined with
-    blanks.
+    A line above the rows is part of the header if it has as many cells as a row. The texts of
+    several header lines are joined with blanks, column by column.
 
     Raises:
         BadFileError: the file can't be read, has no rows, or a row has more or fewer cells.
@@ -142,7 +141,8 @@ def _split(
 ) -> tuple[str, Lines, str, Lines, list[int]]:
     """Return the text, lines above the first row, the separator, rows, and lines with a ','.
 
-    The first row is the first line that `fits`, by which of its cells are numbers.
+    `fits` gets a flag for each cell of a line: is it a number? The first line that fits is the
+    first row.
     """
     try:
         text = path.read_text(encoding="utf-8-sig").replace('"', "")
@@ -166,7 +166,7 @@ def _split(
 
 
 def _separator(line: str, fits: Callable[[list[bool]], bool]) -> str:
-    """Return the separator of numbers, or else of cells with a number among them; '': none."""
+    """Return what separates numbers, or else cells of which one is a number; '' if nothing does."""
     by = {
         separator: [_is_number(cell, separator) for cell in _cells(line, separator)]
         for separator in _SEPARATORS
@@ -193,7 +193,7 @@ def _is_number(cell: str, separator: str) -> bool:
 def _header(
     file: str, above: Sequence[tuple[int, str]], separator: str, columns: Columns
 ) -> tuple[bool, list[float]]:
-    """Tell whether the columns are swapped, and return the unit of each in SI.
+    """Tell whether the columns are swapped, and return each column's unit in SI.
 
     A line behind a '#' is a header if it has exactly two names, with units or without.
     """
@@ -216,7 +216,7 @@ def _header(
 
 
 def _named(cells: list[str], columns: Columns) -> tuple[bool, list[float | None]]:
-    """Tell whether cells name the columns in swapped order, and return the columns' units."""
+    """Tell whether cells name the columns in swapped order; also return the columns' units."""
     words = [_words(cell) for cell in cells]
     first, second = (_CALLED.get(name, set[str]()) for name in columns)
     swapped = bool(first & words[1]) and not (first & words[0] or second & words[1])
@@ -246,7 +246,7 @@ def _words(cell: str) -> set[str]:
 
 
 def unit_of(cell: str, dimensions: Sequence[Dimension]) -> float | None:
-    """Return the unit in SI of a header's cell: in brackets, or behind a name, or alone."""
+    """Return the unit, in SI, in a header's cell: in brackets, behind a name, or alone."""
     bracketed = _BRACKETED.search(cell)
     if not dimensions or (bracketed and bracketed[1] == _OF_TIME):
         return None
@@ -259,9 +259,9 @@ def unit_of(cell: str, dimensions: Sequence[Dimension]) -> float | None:
             if bracketed or isinstance(error, AmbiguousUnitError):
                 raise BadFileError(f"'{cell[:40]}': {error}") from None
     fitting = [unit for unit in named.values() if any(x.accepts(unit.powers) for x in dimensions)]
-    if fitting and (bracketed or "in" not in named):  # which may be a word
+    if fitting and (bracketed or "in" not in named):  # 'in' may be a word, not inches
         return fitting[0].factor
-    if not named or len(cell) == 1:  # 't' is a time, no tonne
+    if not named or len(cell) == 1:  # 't' is the time, not a tonne
         return None
     what = " or ".join(f"{dimension.words} ({dimension.si})" for dimension in dimensions)
     alone = "" if bracketed else "; a unit in brackets counts alone"
@@ -269,7 +269,7 @@ def unit_of(cell: str, dimensions: Sequence[Dimension]) -> float | None:
 
 
 def _find(text: str, wanted: Dimension) -> Unit:
-    """Find a unit in the spelling of headers: 'rad s-1', 'm/s2', 'lb-ft', also in capitals."""
+    """Find a unit as headers spell it: 'rad s-1', 'm/s2', 'lb-ft', also in capitals."""
     name = re.sub(r"(?<=[A-Za-z])(-?[0-9])", r"^\1", text.replace("\N{MINUS SIGN}", "-"))
     name = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", " ", name)
     if wanted in {Dimension.FORCE, Dimension.TORQUE}:
@@ -283,10 +283,10 @@ LARGEST_FILE = 20_000_000  # bytes
 
 
 class PointFiles(NamedTuple):
-    """Sections with the `points` of each `file` in its place, and the mistakes of files.
+    """Sections in which the `points` of each `file` replace its name, and mistakes in files.
 
-    `lines` has the file and the numbers of the points' lines, by the path of the part that names
-    the file.
+    `lines` has, by the path of the part that names a file, the file and the line number of each
+    point.
     """
 
     sections: dict[str, Any]
@@ -294,7 +294,7 @@ class PointFiles(NamedTuple):
     mistakes: list[Mistake]
 
     def placed(self, mistake: Mistake) -> Mistake:
-        """Return a mistake of points as a mistake at the file's line."""
+        """Return a mistake in a point as a mistake at its line of the file."""
         for part, (file, lines) in self.lines.items():
             if mistake.path[: len(part) + 1] == (*part, "points"):
                 row = [f" line {lines[int(i)]}" for i in mistake.path[len(part) + 1 :][:1]]
@@ -306,8 +306,8 @@ class PointFiles(NamedTuple):
 def read_point_files(document: Document, allow_outside: bool = False) -> PointFiles:
     """Read the files that a document names.
 
-    They must be in its folder, unless `allow_outside`. A file that can't be used stays in the
-    section, and is a mistake at the key `file`.
+    They must be in its folder, unless `allow_outside`. If a file can't be used, its name stays in
+    the section, and there is a mistake at the key `file`.
     """
     mistakes, lines = list[Mistake](), dict[KeyPath, tuple[str, list[int]]]()
 

@@ -280,13 +280,13 @@ class CircleOnCircle(Part):
 
     @property
     def inner_and_outer(self) -> tuple[Circle, Circle]:
-        """The circles, the hollow one last if there is one."""
+        """The two circles; if one is hollow, it is the last."""
         first, second = self.circles
         return (second, first) if first.inside else (first, second)
 
     @property
     def striking(self) -> str:
-        """Centre that strikes, 'body.point': the first, the second if that is on the ground."""
+        """Centre that strikes, 'body.point': the first, or the second if that is on the ground."""
         first, second = self.inner_and_outer
         return second.at if first.at == GROUND else first.at
 
@@ -320,7 +320,7 @@ class CircleOnCircle(Part):
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Radii (m) of both, that of a hollow negative."""
+        """Radii (m) of both circles; negative for a hollow one."""
         first, second = self.inner_and_outer
         return first.radius, -second.radius if second.inside else second.radius
 
@@ -328,7 +328,7 @@ class CircleOnCircle(Part):
 class PointOnCurve(Part):
     """A point of a body, or a roller around it, can't cross a curve."""
 
-    struck: ClassVar[str | None] = None  # what carries a curve is no lever to be struck
+    struck: ClassVar[str | None] = None  # a body with a curve is not a struck lever
     type: Literal["point_on_curve"] = "point_on_curve"
     point: MovingPointName = Field(description="point 'body.point' that strikes")
     curve: CurveName = Field(description="name of the curve; 'on' a body it moves with that")
@@ -358,7 +358,7 @@ class PointOnCurve(Part):
 class LineOnCurve(Part):
     """A straight face of a body can't cross a closed convex curve, such as a cam."""
 
-    struck: ClassVar[str | None] = None  # what carries a curve is no lever to be struck
+    struck: ClassVar[str | None] = None  # a body with a curve is not a struck lever
     type: Literal["line_on_curve"] = "line_on_curve"
     line: Line = Field(description="two points of the face, which goes on straight beyond them")
     side: Literal["left", "right"] = Field(
@@ -444,7 +444,7 @@ class _Limits(Part):
     @field_validator("to", check_fields=False)
     @classmethod
     def _above_from(cls, to: float | None, info: ValidationInfo) -> float | None:
-        """Compare both ends, even if the law has mistakes, when no check of the part would run."""
+        """Compare both ends even if the law has mistakes; then no check of the whole part runs."""
         low = info.data.get("from_")
         if low is not None and to is not None and low >= to:
             refuse("must be greater than 'from'")
@@ -496,22 +496,22 @@ StopLaw = SlidePenalty | TurnPenalty | DampedLaw | HertzLaw | ImpulseLaw
 
 
 TURNED = {"N": "N m", "N s": "N m s", "m": "rad", "m/s": "rad/s"}
-"""Units of a stop of a hinge, by the unit that other contacts have."""
+"""Units at the stop of a hinge, by the units that other contacts have."""
 
 
 @dataclass(frozen=True)
 class Stop:
-    """One end of a joint's limits: a contact like those of the scene, with a name of its own.
+    """One end of a joint's limits: a contact like those of the scene, with its own name.
 
     `at` is the joint's angle (rad) or length (m) at the stop, and `end` the key, 'from' or 'to'.
-    `striking` is the point of the joint at which reports and figures show the stop.
+    Reports and figures show the stop at the joint's point `striking`.
     """
 
     joint: str
     end: str
     at: float
     law: StopLaw
-    turns: bool  # by a torque, N m, at an angle
+    turns: bool  # true: it acts by a torque (N m), at an angle
     striking: str
     struck: None = None
 
@@ -532,12 +532,12 @@ class Stop:
         return f"{degrees(value):.6g} deg" if self.turns else f"{value:.6g} m"
 
     def __str__(self) -> str:
-        """Say what is stopped where, in the words of a report."""
+        """Say which joint is stopped, and where, in the words of a report."""
         return f"{self.joint} stops at {self.text(self.at)}"
 
 
 class Flank(Stop):
-    """One side of a gear's play: `at` is how far the second joint goes from the play's middle."""
+    """One side of a gear's play: `at` is the way of the second joint from the play's middle."""
 
     noun = "backlash"
 
@@ -586,7 +586,7 @@ def flanks_of(
 ) -> Iterator[tuple[str, Flank]]:
     """Yield both flanks of a gear with play (rad or m), with their names.
 
-    `turns` and the `points` are those of its second joint.
+    `turns` and `points` belong to the gear's second joint.
     """
     acting = law if isinstance(law, ImpulseLaw) else _PENALTIES[turns](**dict(law))
     for end, way in (("from", -1.0), ("to", 1.0)):

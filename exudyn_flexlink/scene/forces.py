@@ -1,6 +1,7 @@
 """Springs and drives, which act on joints and bodies, and their values that vary.
 
-Such a value is a number, an expression, or a table; by time, or by a spring's length and its rate.
+A value is a number, an expression, or a table. It varies with time, or with a spring's length and
+the rate of that.
 """
 
 from __future__ import annotations
@@ -150,11 +151,11 @@ DRIVE_DIMENSIONS = {
     "torque": (Dimension.TORQUE,),
     "force": (Dimension.FORCE,),
 }
-"""Dimensions of a drive's value by its type; if two, at a revolute joint and at other joints."""
+"""Dimensions of a drive's value by its type. Of two, the first is for revolute joints."""
 
 
 class _OrTable(ABC):
-    """Annotation of a number or a text, which it reads, or of a table; `comment` is for editors."""
+    """Annotation of a number or text, which it reads, or of a table; `comment` is for editors."""
 
     def __init__(self, table: type[_Rows], comment: str) -> None:
         self._table, self._comment = table, comment
@@ -186,7 +187,7 @@ def _branch(value: Any) -> str:
 def _parsed(
     text: str, dimensions: Sequence[Dimension], words: Sequence[str] = ()
 ) -> tuple[Expression, Dimension]:
-    """Read an expression, and tell which of the dimensions it has: the first if it is a number."""
+    """Read an expression and tell which dimension it has; a number has the first one."""
     try:
         formula = parse_expression(text, words)
     except ExpressionError as error:
@@ -204,7 +205,7 @@ def _parsed(
 
 
 def without_rate(formula: Expression) -> Expression:
-    """Return a spring's formula with 0 for its rate; as it is if the rate is not in it."""
+    """Return a spring's formula with 0 in place of its rate; unchanged if it has no rate."""
     words = [sensed.kind for sensed in formula.sensed]
     return parse_expression(re.sub(rf"\b{RATE}\b", "0", formula.text), words)
 
@@ -216,7 +217,7 @@ class Varying(_OrTable):
     """
 
     def __init__(self, *dimensions: Dimension) -> None:
-        """More than one where another part, such as a joint, tells which is meant."""
+        """Take several dimensions if another part, such as a joint, decides between them."""
         ways = [
             f"{dimension.words.split(' ', 1)[1]}; {dimension.si}, e.g. '{dimension.example}'"
             for dimension in dimensions
@@ -261,7 +262,7 @@ class TableOrFormula(_OrTable):
         if isinstance(value, Expression):
             return value
         if isinstance(value, (int, float)) and not isinstance(value, bool):
-            si.to_si(value, self._dimension)  # which refuses what is not finite
+            si.to_si(value, self._dimension)  # refuses a number that is not finite
             value = repr(value)
         if not isinstance(value, str):
             refuse(f"expected a table or a formula of {self._variables}, got {si.in_words(value)}")
@@ -275,7 +276,7 @@ class TableOrFormula(_OrTable):
 
 
 def _is_meant_as_expression(text: str) -> bool:
-    """Tell whether a text is an expression, or fails as one and not as a number with a unit."""
+    """Tell whether a text is an expression, or a wrong expression, not a wrong quantity."""
     if looks_like_expression(text):
         return True
     single = re.fullmatch(rf"\s*(?:{si.NUMBER}\s*(?:{si.UNIT})?)?\s*", text)
@@ -283,7 +284,7 @@ def _is_meant_as_expression(text: str) -> bool:
 
 
 def _as_vector(value: Any) -> Any:
-    """Read a single value as a vector that points down, along -y."""
+    """Turn a single value into a vector that points down, along -y."""
     return value if isinstance(value, (list, tuple, Mapping)) else (0.0, -float(_DOWN.read(value)))
 
 
@@ -401,7 +402,7 @@ class LinearSpring(Part):
         return self
 
     def _fits(self, table: ForceTable, length: float) -> None:
-        """Refuse a table that does not begin at the length, or goes on to the wrong side."""
+        """Refuse a table that does not begin at the length, or extends to the wrong side of it."""
         rope = self.acts == "tension"
         if table.points is None:  # its file could not be read, which is reported elsewhere
             return

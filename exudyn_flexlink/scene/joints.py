@@ -98,12 +98,12 @@ class GearJoint(Part):
 
     @property
     def beyond(self) -> bool:
-        """Whether it starts beyond a flank."""
+        """Whether the gear starts beyond a flank."""
         return abs(self.start) > self.backlash / 2 * (1 + NEGLIGIBLE)
 
     @property
     def turns(self) -> float:
-        """Turns of the first for one of the second; 1 of a rack."""
+        """Turns of the first gear for one turn of the second; 1 for a rack."""
         return self.teeth[1] / self.teeth[0] if self.teeth else self.ratio or 1.0
 
     def weights(self, geared: tuple[Any, Any]) -> tuple[float, float]:
@@ -152,14 +152,14 @@ def ends_of(joint: Any) -> tuple[str, str]:
 
 
 def meshes_of(joints: Joints, gear: Gear) -> tuple[str, tuple[Mesh, Mesh]]:
-    """Return the arm of a gear of a scene that is checked, and how both joints hold theirs."""
+    """Return the arm of a gear, and how each joint holds its gear. The scene must be checked."""
     (arm,) = arms_of(joints, gear)
     first, second = (_mesh(joints, name, arm) for name in gear.joints)
     return arm, (first, second)
 
 
 def arms_of(joints: Joints, gear: Gear) -> list[str]:
-    """Bodies that could carry both gears: those that both joints share; else see `concentric`."""
+    """Bodies that could carry both gears: bodies that both joints share; else see `concentric`."""
     ends = [ends_of(joints[name]) for name in gear.joints]
     shared = [body for body in ends[0] if body in ends[1]]
     if shared:
@@ -172,7 +172,7 @@ def arms_of(joints: Joints, gear: Gear) -> list[str]:
 
 
 def concentric(joints: Joints, name: str) -> list[str]:
-    """Name of a joint, and of hinges without clearance at the same place as a hinge."""
+    """Names of a joint and, if it is a hinge, of hinges without clearance at the same place."""
     places = _places(joints[name])
     return [
         name,
@@ -235,10 +235,10 @@ def _gives_way(what: str) -> BeforeValidator:
 
 
 def _gives_clearance(joint: Part) -> bool:
-    """Tell whether the scene gives a clearance, also one of 0.
+    """Tell whether the scene gives a clearance; 0 counts as given.
 
-    A 0 that is given is one of the values of a study, and the law waits for the others; whoever
-    gives a law and no clearance has forgotten it.
+    A study may vary the clearance from 0 on; its other values need the law. A law without any
+    clearance is a mistake: the user has forgotten the clearance.
     """
     return "clearance" in joint.model_fields_set
 
@@ -259,7 +259,7 @@ class PinFriction(Part):
 
     @property
     def acts(self) -> bool:
-        """Whether there is any."""
+        """Whether there is any friction."""
         return self.torque > 0 or self.coefficient > 0
 
     @model_validator(mode="after")
@@ -286,7 +286,7 @@ class SlideFriction(Part):
 
     @property
     def acts(self) -> bool:
-        """Whether there is any."""
+        """Whether there is any friction."""
         return self.force > 0 or self.coefficient > 0
 
     @model_validator(mode="after")

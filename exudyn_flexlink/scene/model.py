@@ -92,14 +92,14 @@ class Scene(Part):
 
     @property
     def ending(self) -> tuple[KeyPath, Expression | None]:
-        """The formula at which the run, or its first stage, ends, if one does, and its path."""
+        """Path and formula of the end of the run, or of its first stage; no formula: None."""
         if self.stages:
             return ("stages", 0, "until"), self.stages[0].until
         return ("run", "until"), self.run.until
 
     @property
     def stops(self) -> dict[str, Stop]:
-        """Stops of the joints' limits, and flanks of gears with play, by names as 'hinge.to'."""
+        """Stops at joints' limits, and flanks of gears with play, by names such as 'hinge.to'."""
         stops: dict[str, Stop] = {}
         for name, joint in self.joints.items():
             if isinstance(joint, (RevoluteJoint, PrismaticJoint)) and joint.limits:
@@ -134,7 +134,7 @@ class Scene(Part):
 
     @property
     def laws(self) -> dict[str, Law | StopLaw]:
-        """Laws of walls and bearings, then contacts, then stops, by name; springs have none."""
+        """Laws of walls and bearings, then contacts, then stops, by name; springs have no law."""
         walls = {name: getattr(joint, "acting", None) for name, joint in self.joints.items()}
         laws_of_joints = {name: law for name, law in walls.items() if law is not None}
         return laws_of_joints | {
@@ -142,19 +142,19 @@ class Scene(Part):
         }
 
     def law_path(self, name: str) -> KeyPath:
-        """Where the scene gives the law of one of these names."""
+        """Path of the law that the scene gives for one of these names."""
         if name in self.stops:
             return self.stops[name].law_path
         return "contacts" if name in self.contacts else "joints", name, "law"
 
     def unit_of(self, contact: str, unit: str) -> str:
-        """Unit of what is told of a contact, by that of points: a hinge's stop turns."""
+        """Unit of a contact's number, by the `unit` at points: at a hinge's stop N becomes N m."""
         stop = self.stops.get(contact)
         return TURNED.get(unit, unit) if stop is not None and stop.turns else unit
 
     @classmethod
     def from_parts(cls, sections: Mapping[str, Any], document: Document) -> Scene:
-        """Build a scene from checked parts, remembering the document they came from."""
+        """Build a scene from checked parts; it remembers their document."""
         scene = cls(**sections)
         scene._document = document
         return scene
@@ -212,7 +212,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
     if isinstance(value, float):
-        return float(value)  # a number that knows its dimension is plain, too
+        return float(value)  # `Measured`, a float with a dimension
     return value.text if isinstance(value, Expression) else value
 
 
@@ -223,8 +223,8 @@ _NAMED = {
     for key, field in Scene.model_fields.items()
     if get_origin(field.annotation) is Mapping
 }
-"""What stands in each section, and behind each name of those that have names."""
-_IN_PARTS = ("initial", "outputs")  # of which no key is asked for, and to which none refers
+"""Type of each section's content, or of each part if the section has named parts."""
+_IN_PARTS = ("initial", "outputs")  # no key is required, and no name refers to them
 SECTION_OF = {
     key: section for section, part in _SECTIONS.items() for key in getattr(part, "model_fields", ())
 }
@@ -234,7 +234,7 @@ SECTION_OF = {
 def _exclusive_keys(
     annotation: Any, path: KeyPath = ()
 ) -> Iterator[tuple[KeyPath, tuple[str, ...]]]:
-    """Find keys that exclude others beside them, by paths with '*' for any name or place."""
+    """Find keys that exclude keys beside them; in their paths '*' is any name or index."""
     for part in part_classes(annotation):
         for key, field in part.model_fields.items():
             if others := part.excluded_by(key):
@@ -244,7 +244,7 @@ def _exclusive_keys(
 
 
 EXCLUSIVE_KEYS: ExclusiveKeys = tuple(_exclusive_keys(Scene))
-"""Keys that exclude others beside them: a setting of the first removes the others of the file."""
+"""Keys that exclude keys beside them: a setting of a key removes these from the file's data."""
 
 
 def apply_settings(document: Document, settings: Iterable[Setting]) -> Document:
@@ -259,7 +259,7 @@ def apply_settings(document: Document, settings: Iterable[Setting]) -> Document:
 
 @dataclass(frozen=True)
 class CheckedDocument:
-    """A document's parts as far as they are valid, and what is wrong with the others."""
+    """The valid parts of a document, and the mistakes in the others."""
 
     document: Document
     sections: Mapping[str, Any]
@@ -275,7 +275,7 @@ class CheckedDocument:
         """Make the scene, unless there are mistakes: those found here or `others`.
 
         Raises:
-            SceneError: there are; it holds all of them.
+            SceneError: there are mistakes; it holds all of them.
 
         """
         mistakes = [self.files.placed(mistake) for mistake in (*self.mistakes, *others)]
@@ -295,7 +295,7 @@ def parse_scene(document: Document, allow_outside: bool = False) -> Scene:
 
 
 def check_document(document: Document, allow_outside: bool = False) -> CheckedDocument:
-    """Check every part of a document by itself, so that no mistake hides another.
+    """Check every part of a document separately, so that no mistake hides another.
 
     `allow_outside` lets splines be read from files outside the document's folder.
     """
@@ -311,7 +311,7 @@ def check_document(document: Document, allow_outside: bool = False) -> CheckedDo
             sections[key] = _named_parts(key, data, mistakes)
         elif key in _SECTIONS and data is not None:
             sections[key] = _checked(_SECTIONS[key], data, (key,), mistakes)
-    # References into a section that was left out are mistakes; into a broken one they may be right.
+    # A reference into a missing section is a mistake. A reference into a broken one may be right.
     required = [key for key, field in Scene.model_fields.items() if field.is_required()]
     absent: dict[str, Any] = {key: {} for key in _NAMED if key not in (*required, *misspelt)}
     mistakes += find_mistakes(Parts(absent | sections))
@@ -347,7 +347,7 @@ def _adapter(section: str) -> TypeAdapter[Any]:
 def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake]) -> Any:
     """Return the part that `data` describes, or None after noting its mistakes.
 
-    Of some sections return what is right in them, so that names there are looked up, too.
+    Return the correct keys of some sections even so: then the names in these are checked, too.
     """
     adapter = _adapter(str(path[0]))
     try:
@@ -367,11 +367,11 @@ def _checked(annotation: Any, data: Any, path: KeyPath, mistakes: list[Mistake])
 
 TITLE = "A model of exudyn-flexlink"
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
-_OPTIONAL_TYPE = ("ContactLaw", "RectangleSection")  # the type meant where none is given
+_OPTIONAL_TYPE = ("ContactLaw", "RectangleSection")  # the type if the key `type` is left out
 
 
 class _OfModelFiles(GenerateJsonSchema):
-    """Pydantic's schema without nulls, which only say that a key may be left out."""
+    """Pydantic's schema without nulls: these only say that a key may be left out."""
 
     def nullable_schema(self, schema: NullableSchema) -> dict[str, Any]:
         return self.generate_inner(schema["schema"])
@@ -390,7 +390,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def is_schema(text: str) -> bool:
-    """Tell whether a text is such a schema, perhaps of another version."""
+    """Tell whether a text is the schema of model files, perhaps of another version."""
     try:
         data = json.loads(text)
     except (ValueError, RecursionError):
@@ -399,7 +399,7 @@ def is_schema(text: str) -> bool:
 
 
 def _tidy(value: Any) -> Any:
-    """Drop titles of classes and defaults of nothing; say units in words."""
+    """Drop titles of classes and defaults that are null; say units in words."""
     if isinstance(value, list):
         return [_tidy(item) for item in value]
     if not isinstance(value, dict):

@@ -1,8 +1,8 @@
 """Checks of a scene that need more than one part.
 
-Names must refer to parts of the right kind, and parts must fit those that they name. Gears must be
-able to mesh: one arm carries their joints, and no train locks itself. Nothing may turn a point
-mass, which has no inertia.
+Names must refer to parts of the right kind, and a part must fit the parts that it names. Gears must
+be able to mesh: one arm carries their joints, and no train locks itself. Nothing may turn a point
+mass: it has no inertia.
 """
 
 from __future__ import annotations
@@ -82,13 +82,14 @@ class Parts:
         return (self.sections.get(section) or {}).get(name)
 
     def lost_names(self) -> Iterator[Mistake]:
-        """Refuse names of no part, or of the wrong kind of part."""
+        """Refuse names that belong to no part, or to the wrong kind of part."""
         sections = dict(self.sections)
         stages = sections.pop("stages", None) or ()
         for section, section_parts in sections.items():
             for name in references(section_parts, (section,)):
                 yield from self._mistakes(name)
-        # What a later stage names may come with one before it: each is checked as it begins.
+        # An earlier stage may add the parts that a later one names. So each stage is checked as it
+        # begins.
         if stages:
             for name in references(stages[0].until, ("stages", 0, "until")):
                 yield from self._mistakes(name)
@@ -100,7 +101,8 @@ class Parts:
         known = self.sections.get(section)
         if known is None or name in known:
             return
-        # Comparing an unknown name with all known ones takes time: only for those that are shown.
+        # To compare an unknown name with all known ones takes time. It is done only for names that
+        # are shown.
         self._unknown += 1
         near = did_you_mean(name, known) if self._unknown <= MOST_SHOWN else ""
         names = [*islice(known, MOST_SHOWN), *(["..."] if len(known) > MOST_SHOWN else [])]
@@ -131,7 +133,7 @@ class Parts:
         """Refuse a point 'body.point' whose body, or point, is unknown."""
         try:
             body, point = split_point(text)
-        except ValueError as error:  # in an expression
+        except ValueError as error:  # only a point in an expression can fail here
             yield Mistake(path, str(error))
             return
         if body == GROUND:
@@ -154,14 +156,14 @@ class Reference(NamedTuple):
 
     @property
     def body(self) -> str:
-        """The body that it names, or whose point it names; empty if it names another part."""
+        """The body that is named, or whose point is named; empty for names of other parts."""
         if self.refers.section == "points":
             return split_point(self.text)[0]
         return self.text if self.refers.section in ("bodies", "frames") else ""
 
 
 def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> Iterator[Reference]:
-    """Find all names in a part, or in the value of a key that `refers` to parts."""
+    """Find all names in a part, or in the value of a key whose names `refers` describes."""
     if isinstance(value, Part):
         for key, alias, inner in _referring(type(value)):
             yield from references(getattr(value, key), (*path, alias), inner)
@@ -183,7 +185,7 @@ def references(value: Any, path: KeyPath = (), refers: Refers | None = None) -> 
 
 @cache
 def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
-    """Fields of a part that may hold names, with their keys, and what these refer to."""
+    """Fields of a part that may hold names: field, key, and what the names refer to."""
     fields = []
     for key, info in part.model_fields.items():
         hints = list(_naming_hints((info.annotation, *info.metadata)))
@@ -194,7 +196,7 @@ def _referring(part: type[Part]) -> list[tuple[str, str, Refers | None]]:
 
 
 def _naming_hints(hint: Any) -> Iterator[Any]:
-    """Pieces of a type hint about names: parts and expressions, which hold them, and `Refers`."""
+    """Pieces of a type hint that matter for names: parts, expressions and `Refers`."""
     if isinstance(hint, Refers) or (isclass(hint) and issubclass(hint, (Part, Expression))):
         yield hint
     inner = hint if isinstance(hint, tuple) else get_args(hint)
@@ -211,7 +213,7 @@ def _wanted(sensed: Sensed) -> Refers:
 
 
 def gear_mistakes(parts: Parts) -> Iterator[Mistake]:
-    """Refuse gears whose joints can't mesh, and those that contradict others."""
+    """Refuse gears whose joints can't mesh, and gears that contradict other gears."""
     joints = dict(parts.valid("joints"))
     ties: dict[str, tuple[str, float]] = {}  # train and speed of each gear on its arm
     for name, gear in joints.items():
@@ -223,13 +225,13 @@ def gear_mistakes(parts: Parts) -> Iterator[Mistake]:
         path = ("joints", name)
         mistakes = [*_of_wrong_kinds(path, gear, kinds), *_unheld(path, gear, joints)]
         mistakes += _in_wrong_units(path, gear, kinds[1])
-        # Teeth that press as a run is gone on from are pressed in.
+        # A scene that continues a run may start with pressing teeth, a little beyond their flanks.
         goes_on = bool(getattr(parts.sections.get("initial"), "states", None))
         if not goes_on and isinstance(gear, GearJoint) and gear.beyond:
             message = "is beyond the flanks: at most half the 'backlash', either way"
             mistakes.append(Mistake((*path, "start"), message))
         yield from mistakes
-        if not mistakes and not getattr(gear, "backlash", 0.0):  # play may be used up, no more
+        if not mistakes and not getattr(gear, "backlash", 0.0):  # play lets gears turn a little
             yield from _contradicting(path, gear, joints, ties)
 
 
@@ -248,7 +250,7 @@ def _of_wrong_kinds(path: KeyPath, gear: Gear, kinds: list[str]) -> Iterator[Mis
 
 
 def _in_wrong_units(path: KeyPath, gear: Gear, kind: str) -> Iterator[Mistake]:
-    """Refuse angles of a rack's play, and lengths of a wheel's: those of the second joint count."""
+    """Refuse a rack's play as an angle, and a wheel's as a length: the second joint decides."""
     law = gear.law if isinstance(gear, GearJoint) else None
     law_path, turns = (*path, "law"), kind == "revolute"
     for path_of_value, key, value in (
@@ -262,7 +264,7 @@ def _in_wrong_units(path: KeyPath, gear: Gear, kind: str) -> Iterator[Mistake]:
 
 
 def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:
-    """Refuse joints without a common arm, with clearance, or with friction by their force."""
+    """Refuse joints without a common arm, with clearance, or with load-dependent friction."""
     (first, second), arms = gear.joints, arms_of(joints, gear)
     if first == second:
         yield Mistake((*path, "joints"), f"'{first}' can't mesh with itself")
@@ -284,7 +286,7 @@ def _unheld(path: KeyPath, gear: Gear, joints: Joints) -> Iterator[Mistake]:
 def _contradicting(
     path: KeyPath, gear: Gear, joints: Joints, ties: dict[str, tuple[str, float]]
 ) -> Iterator[Mistake]:
-    """Refuse a gear if others impose another ratio; else join the trains of both gears.
+    """Refuse a gear if other gears impose another ratio; else join the trains of both wheels.
 
     A train ties the speeds of bodies on their arms.
     """
@@ -309,15 +311,15 @@ def _contradicting(
 
 
 def _side(joint: Any, body: str, arm: str) -> float:
-    """-1 if a slide counts its arm from its gear, else 1; angles count from the arm anyway."""
+    """-1 if a slide counts the arm's place from its gear, else 1; angles count from the arm."""
     return -1.0 if joint.type == "prismatic" and ends_of(joint) == (body, arm) else 1.0
 
 
 def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
     """Tell whether everything acts on a body at its centre, except perhaps friction.
 
-    Then its angle does not matter. A joint, a spring, a drive or a curve that it carries can turn
-    it, and so can forces at its other points.
+    Then its angle does not matter. Joints, springs, drives, curves on the body, and forces at other
+    points can turn it.
     """
     if any(place != body.centre_of_mass for place in body.points.values()):
         return False
@@ -336,7 +338,7 @@ def stays_a_point(parts: Parts, name: str, body: RigidBody) -> bool:
 def point_masses(parts: Parts) -> Iterator[Mistake]:
     """Refuse what turns a point mass: friction around it, drives and springs, a speed at the start.
 
-    A body that turns needs an inertia.
+    Only a body with inertia can be turned.
     """
     rough = list(_rough(parts))
     for name, body in parts.valid("bodies"):
@@ -365,7 +367,7 @@ def point_masses(parts: Parts) -> Iterator[Mistake]:
 
 
 def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
-    """Name of a spring or drive that turns a body about its centre, held by one pin alone."""
+    """Name of a spring or drive that turns a body about its centre, where a single pin holds it."""
     holding = [(other, joint) for other, joint in parts.valid("joints") if name in joint.bodies]
     if len(holding) != 1 or holding[0][1].bodies != (name,):
         return None
@@ -380,7 +382,7 @@ def _turned_alone(parts: Parts, name: str, body: RigidBody) -> str | None:
 
 
 def _rough(parts: Parts) -> Iterator[tuple[str, set[str]]]:
-    """Names of contacts and bearings with friction around points, and of their bodies."""
+    """Contacts and bearings whose friction acts around points: each name, with its bodies."""
     for name, contact in parts.valid("contacts"):
         if getattr(contact.law, "friction", 0.0) > 0:
             if isinstance(contact, CircleOnCircle):
@@ -400,7 +402,7 @@ _NAME = re.compile(r"[^\W\d](?:[\w -]*[\w-])?")
 
 
 def find_mistakes(parts: Parts) -> list[Mistake]:
-    """Return the mistakes of all checks in this file, in what is there before the first stage."""
+    """Return the mistakes of all checks in this file; they look at the scene before any stage."""
     stages = parts.sections.get("stages") or ()
     present = {
         key: at_first(key, parts.sections[key], stages)
@@ -448,7 +450,7 @@ def _curves(parts: Parts) -> Iterator[Mistake]:
             yield Mistake((*path, "on"), f"'{curve.on}' is flexible: it can't carry a curve")
         for where, inner in _pieces(path, curve):
             curve_spec = parts.get("curves", inner) if isinstance(inner, str) else inner
-            outer = where[:-2] == path  # the piece of a named piece is refused there
+            outer = where[:-2] == path  # a named curve's own pieces are refused at that curve
             if outer and curve_spec is not None and curve_spec.on is not None:
                 hint = "say 'on' of the whole curve"
                 yield Mistake(where, "a piece of a curve can't be carried by itself", hint)
@@ -471,7 +473,7 @@ def _reachable(parts: Parts, name: str) -> set[str]:
 
 
 def _pieces(path: KeyPath, curve: CurveSpec | None) -> Iterator[tuple[KeyPath, CurveSpec | str]]:
-    """Curves that another is made of, written there or named, and the pieces of those there."""
+    """Pieces of a curve, written inside it or named, and the pieces of those written inside."""
     if isinstance(curve, (JoinedSpec, LapsSpec)):
         key = "pieces" if isinstance(curve, JoinedSpec) else "curves"
         for i, inner in enumerate(getattr(curve, key)):
@@ -481,7 +483,7 @@ def _pieces(path: KeyPath, curve: CurveSpec | None) -> Iterator[tuple[KeyPath, C
 
 
 def _joints(parts: Parts) -> Iterator[Mistake]:
-    """Refuse joints of a part with itself, and guides in which nothing can slide."""
+    """Refuse joints between a part and itself, and guides in which nothing can slide."""
     for name, joint in parts.valid("joints"):
         path = ("joints", name)
         if isinstance(joint, PointsJoint):
@@ -564,7 +566,8 @@ def _swings(parts: Parts, joint: RevoluteJoint) -> bool:
 def _drives(parts: Parts) -> Iterator[Mistake]:
     """Refuse values that do not suit the joint, and a motion prescribed twice.
 
-    Torques at one joint add up, even if a drive prescribes its motion: this supplies the rest.
+    Torques at one joint add up, even if a drive prescribes its motion: that drive supplies the
+    rest.
     """
     prescribed: dict[str, str] = {}
     for name, drive in parts.valid("drives"):
@@ -588,7 +591,7 @@ def _drives(parts: Parts) -> Iterator[Mistake]:
 
 
 def _powers(value: Value) -> Powers | None:
-    """Dimension of a value, as far as its units show it; angles count as numbers."""
+    """Dimension of a value, as far as its units tell; angles count as numbers."""
     if isinstance(value, Measured):
         return value.dimension.powers._replace(rad=0)
     return value.powers if isinstance(value, Expression) else None
@@ -602,7 +605,7 @@ def _axes(parts: Parts, path: KeyPath, drive: ForceDrive) -> Iterator[Mistake]:
 
 
 def _contacts(parts: Parts) -> Iterator[Mistake]:
-    """Refuse names of contacts that joints and springs have, and curves that can't be struck."""
+    """Refuse contacts with the name of a joint or spring, and curves that can't be struck."""
     for name, contact in parts.valid("contacts"):
         path = ("contacts", name)
         if getattr(parts.get("joints", name), "law", None) is not None:
@@ -637,7 +640,7 @@ def _materials_of_laws(parts: Parts) -> Iterator[Mistake]:
 
 
 def _initial(parts: Parts) -> Iterator[Mistake]:
-    """Refuse laps that a slot does not have, states of some bodies, and a start within a ramp."""
+    """Refuse laps that a slot does not have, states of some bodies only, a start within a ramp."""
     given = parts.sections.get("initial")
     if given is None:
         return
@@ -661,7 +664,7 @@ def _initial(parts: Parts) -> Iterator[Mistake]:
 
 
 def _run(parts: Parts) -> Iterator[Mistake]:
-    """Refuse a joint whose turns can never end the run, and turns through stages."""
+    """Refuse a joint whose turns can never end the run; refuse `turns` in a scene with stages."""
     run, drives = parts.sections.get("run"), parts.sections.get("drives")
     if run is not None and run.turns is not None and parts.sections.get("stages"):
         hint = "say 'duration', and 'until: angle(...) - ...', which counts whole turns"
@@ -683,7 +686,7 @@ def _run(parts: Parts) -> Iterator[Mistake]:
 
 
 def _until(parts: Parts) -> Iterator[Mistake]:
-    """Refuse torques in joints that nothing drives, where no friction acts either."""
+    """Refuse torques of joints that have no drive and no friction."""
     run, drives = parts.sections.get("run"), parts.sections.get("drives")
     path: KeyPath = ("run", "until")
     formula = getattr(run, "until", None)

@@ -37,7 +37,7 @@ PressedPair = Annotated[tuple[Annotated[int, Strict()], si.Speed], listed("pair"
 OfBodies = Annotated[Named[Value], Refers("bodies")]
 INITIAL_OF_JOINTS = ("along", "speeds_along", "laps")
 """Keys of `initial` that map names of joints; the others map names of bodies."""
-FEWEST_STEPS_PER_CONTACT = 3  # that a scene may ask for: fewer do not resolve a contact
+FEWEST_STEPS_PER_CONTACT = 3  # least number that a scene may give: fewer do not resolve a contact
 
 
 class Initial(Part):
@@ -87,7 +87,7 @@ class Initial(Part):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Initial:
-        """States exclude other keys, `at_rest` excludes speeds, an angle is held or guessed."""
+        """Refuse states beside other keys, speeds beside `at_rest`, an angle held and guessed."""
         speeds = ("speeds", "velocities", "speeds_along")
         for key in ("positions", "angles", "guesses", "along", *speeds):
             if self.states and getattr(self, key):

@@ -19,7 +19,7 @@ CHANGING = ("joints", "springs", "drives", "contacts")
 
 
 def _frozen(value: Any) -> Any:
-    """Return plain data that nobody can change."""
+    """Return plain data as read-only mappings and tuples."""
     if isinstance(value, Mapping):
         return FrozenMapping({key: _frozen(item) for key, item in value.items()})
     return tuple(_frozen(item) for item in value) if isinstance(value, (list, tuple)) else value
@@ -60,15 +60,15 @@ class Stage(Part):
 
 
 def at_first(section: str, parts: Mapping[str, Value], stages: Sequence[Stage]) -> dict[str, Value]:
-    """Parts of a section without those that a later stage adds.
+    """Parts of a section, without the parts that a later stage adds.
 
-    A scene of a result has all parts of all stages: see `whole_scene`.
+    A result's scene has all parts of all stages: see `whole_scene`.
     """
     return {n: part for n, part in parts.items() if not _comes_later(section, n, part, stages)}
 
 
 def _comes_later(section: str, name: str, part: object, stages: Sequence[Stage]) -> bool:
-    """Tell whether a stage adds exactly this part, and no stage before removes one of its name."""
+    """Tell whether a stage adds exactly this part, and no earlier stage removes one of its name."""
     for stage in stages:
         if f"{section}.{name}" in stage.remove:
             return False

@@ -13,7 +13,7 @@ from exudyn_flexlink.source import Document, Mistake, SceneError, did_you_mean, 
 
 
 def stage_scenes(scene: Scene) -> list[Scene]:
-    """Return the scenes of all stages, the first one first, as far as they are known before a run.
+    """Return the scenes of all stages in order, as far as they are known before a run.
 
     Raises:
         SceneError: a stage can't be made; see `after_stage`.
@@ -28,7 +28,7 @@ def stage_scenes(scene: Scene) -> list[Scene]:
 def whole_scene(scene: Scene) -> Scene:
     """Return a scene with the parts of all its stages, so that a result's names are all in it.
 
-    It runs like the scene itself: `first_stage` takes the added parts out again.
+    It runs like the scene itself, since `first_stage` takes the added parts out again.
     """
     sections = {section: dict(getattr(scene, section)) for section in CHANGING}
     for stage in scene.stages:
@@ -39,7 +39,7 @@ def whole_scene(scene: Scene) -> Scene:
 
 
 def first_stage(scene: Scene) -> Scene:
-    """Return a scene without the parts that a later stage adds, if it has any of them."""
+    """Return a scene without the parts that later stages add."""
     sections = {key: at_first(key, getattr(scene, key), scene.stages) for key in CHANGING}
     fewer = any(len(parts) < len(getattr(scene, key)) for key, parts in sections.items())
     return scene.changed(**sections) if fewer else scene
@@ -48,10 +48,10 @@ def first_stage(scene: Scene) -> Scene:
 def after_stage(
     scene: Scene, angles: Mapping[str, float] | None = None, *, number: int = 1
 ) -> Scene:
-    """Return the scene after its next change, the first of its `stages`; it keeps the later ones.
+    """Return the scene after the first of its `stages`; the later stages remain in it.
 
-    `angles` (rad) are for welds and slides that the stage adds without an angle. `number` is that
-    of the stage in the whole run, for messages.
+    A weld or slide that the stage adds without an angle gets it from `angles` (rad). `number` is
+    the stage's number in the whole run, for messages.
 
     Raises:
         SceneError: the stage removes a part that does not exist, or adds one that exists already;
@@ -63,7 +63,7 @@ def after_stage(
     mistakes = list(_change(data, changes))
     for name, angle in (angles or {}).items():
         data["joints"][name]["angle"] = angle
-    # The stage begins with a state of the run. Start values of joints that it removes are dropped.
+    # The stage begins with a state of the run. It drops start values of joints that it removes.
     joints = data.get("joints", {})
     for key in INITIAL_OF_JOINTS:
         given = data["initial"].get(key, {})
@@ -78,7 +78,7 @@ def after_stage(
 
 
 def _change(data: dict[str, Any], changes: Mapping[str, Any]) -> Iterator[Mistake]:
-    """Change a scene's plain data as a stage does; paths of mistakes begin in the stage."""
+    """Change a scene's plain data as a stage does; the paths of mistakes begin at the stage."""
     for k, name in enumerate(changes.get("remove", ())):
         section, _, part = name.partition(".")
         if section not in CHANGING:
@@ -103,7 +103,7 @@ def _set(data: dict[str, Any], key: str, value: Any) -> Iterator[Mistake]:
         data[key] = value
         return
     section, *names = key.split(".")
-    if section not in CHANGING or not names[1:]:  # of the part, and of its key
+    if section not in CHANGING or not names[1:]:  # a path needs a part and its key
         hint = f"{' or '.join(CHANGING)}, a name and a key, with dots between; or gravity"
         yield Mistake(("set", key), f"'{key}' can't be set", hint, on_key=True)
         return

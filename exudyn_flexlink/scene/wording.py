@@ -156,11 +156,11 @@ OTHER_WORDS: dict[str, str] = {
     "integrator": "method scheme",
     "watch": "point observe output",
 }
-"""For each word of a model file, words that mean the same, or something near, in the field."""
+"""For each word of a model file: words of the field with the same, or a similar, meaning."""
 
 
 def did_you_mean_word(word: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" if one of the known words means, or resembles, this one."""
+    """Return "; did you mean 'x'?" if a known word has the meaning of this one, or resembles it."""
     known = list(known)
     meant = next((name for name in known if _means(name, word)), None)
     return f"; did you mean '{meant}'?" if meant else did_you_mean(word, known)
@@ -181,7 +181,7 @@ def mistakes_of(
     place: KeyPath,
     elsewhere: Mapping[str, str] = _NOWHERE,
 ) -> list[Mistake]:
-    """Return the mistakes in `data`, which stands at the path `place` and should be `annotation`.
+    """Return the mistakes in `data` at the path `place`; `annotation` is its type in a valid file.
 
     `elsewhere` maps keys of other sections to these sections: an unknown key may belong there.
     """
@@ -208,7 +208,7 @@ def mistakes_of(
 
 
 def unknown_key(path: KeyPath, keys: list[str], elsewhere: Mapping[str, str] = _NOWHERE) -> Mistake:
-    """Return the mistake of a key that is none of `keys`; another section may have it."""
+    """Return the mistake for a key that is not among `keys`; another section may have it."""
     name = str(path[-1])
     near = f"; did you mean '{elsewhere[name]}.{name}'?" if name in elsewhere else ""
     message = f"unknown key '{name}'{near or did_you_mean_word(name, keys)}"
@@ -221,7 +221,7 @@ def known_keys(annotation: Any, data: Any, path: KeyPath) -> list[str]:
     for step in path:
         if isinstance(data, Mapping) and classes:
             fields = _fields(_meant(classes, data))
-            # A step that is no key is the name of a part, in a mapping of such parts.
+            # A step that is not a key is the name of a part in a mapping of parts.
             classes = part_classes(fields[str(step)]) if step in fields else classes
         data = data[step]
     return list(_fields(_meant(classes, data))) if classes else []

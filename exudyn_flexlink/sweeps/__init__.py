@@ -1,6 +1,6 @@
 """Sweeps: one scene at many points, each a row of one table.
 
-No engine here: whoever starts a sweep hands in what runs a scene, and who makes the runs.
+No engine is used here: the caller passes a function that runs a scene, and an executor of runs.
 """
 
 from exudyn_flexlink.sweeps.plan import (

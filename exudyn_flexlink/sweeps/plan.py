@@ -1,7 +1,7 @@
 """The plan of a sweep: a scene, values that vary, and points in an order that never changes.
 
-Each path of the scene that varies has values: a range or a list, with a unit or without. A design
-combines values of all paths to points. Tables have numbers in the SI unit of their path.
+Each varied path of the scene has values: a range or a list, with a unit or without. A design
+combines values of all paths into points. Tables have numbers in the SI unit of their path.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ from exudyn_flexlink.source import (
     read_yaml,
 )
 
-MOST_POINTS = 1_000_000  # or values of one range: the plan of so many takes about a gigabyte
-DIGITS = 12  # of a value within a range: 0.3 stays 0.3, without the rounding of a sum
+MOST_POINTS = 1_000_000  # or values of a range: a plan of this size takes about a gigabyte
+DIGITS = 12  # of a value within a range: 0.3 stays 0.3 in spite of rounding
 HINT = "start:stop:count such as '2:40:20' or '0:5:11 mm', or a list such as '1, 2, 5 mm'"
 RANGE_HINT = "lowest:highest such as '2:40' or '0:5 mm'"
 _NUMBER = re.compile(rf"\s*({NUMBER})\s*({UNIT})?\s*")
@@ -64,7 +64,7 @@ class Written(str):
 
 
 class ValuesError(HintedError):
-    """A text that gives no values; `hint` says how they are written, `entry` which is meant."""
+    """A text that gives no values; `hint` shows how to write them, `entry` is the wrong entry."""
 
     def __init__(self, message: str, hint: str = HINT, entry: int | None = None) -> None:
         super().__init__(message, hint)
@@ -73,7 +73,7 @@ class ValuesError(HintedError):
 
 @dataclass(frozen=True)
 class Range:
-    """Numbers from `low` to `high`, both in `unit`; an empty one is that of the SI."""
+    """Numbers from `low` to `high`, both in `unit`; an empty unit is the SI unit."""
 
     low: float
     high: float
@@ -93,7 +93,7 @@ class Range:
 
 
 def number_text(number: float) -> str:
-    """Return a number as a model file has it; a whole one without a point, as counts need."""
+    """Return a number as text of a model file; a whole number has no point, as counts need."""
     return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
 
 
@@ -101,7 +101,7 @@ def values_of(given: Any) -> tuple[Value, ...]:
     """Read the values of a path: a text as on the command line, or a sequence of values.
 
     Raises:
-        ValuesError: what is given can't be read as values.
+        ValuesError: `given` can't be read as values.
 
     """
     if isinstance(given, str):
@@ -119,7 +119,7 @@ def range_of(given: Any) -> Range:
     """Read the two ends of a range.
 
     Raises:
-        ValuesError: what is given can't be read as a range.
+        ValuesError: `given` can't be read as a range.
 
     """
     if isinstance(given, str):
@@ -164,7 +164,7 @@ def _of_text(text: str) -> tuple[Value, ...]:
 
 
 def _with_last_unit(values: list[Value]) -> Sequence[Value]:
-    """Give the unit of the last value to all, where no other has one: '1, 2, 5 mm'."""
+    """Give all values the unit of the last one if no other has a unit: '1, 2, 5 mm'."""
     last = parts_of(values[-1]) if values else None
     if last is None or not all(isinstance(value, float) for value in values[:-1]):
         return values
@@ -189,7 +189,7 @@ def _range(low: str, high: str, hint: str, unit: str = "") -> Range:
 
 
 def value_of(given: Any, entry: int | None = None) -> Value:
-    """Return a value as a number, or as the text that a model file would hold.
+    """Return a value as a number, or as a text for a model file.
 
     Raises:
         ValuesError: no model file can hold it.
@@ -211,20 +211,20 @@ def value_of(given: Any, entry: int | None = None) -> Value:
 
 
 def setting_of(path: str, value: Value) -> tuple[str, Any]:
-    """Return the setting that puts a value into the scene; a text is not read as YAML again."""
+    """Return the setting that puts a value into the scene; YAML does not read a text again."""
     if isinstance(value, str):
         return path, json.loads(value) if isinstance(value, Written) else value
     return path, json.loads(number_text(value))
 
 
 def unit_of(values: Sequence[Value]) -> str:
-    """Return the unit in which all values are written; empty if they do not share one."""
+    """Return the common unit of all values, as written; empty if they have different ones."""
     units = {parts[1] if (parts := parts_of(value)) else "" for value in values}
     return units.pop() if len(units) == 1 else ""
 
 
 def parts_of(value: Value) -> tuple[float, str] | None:
-    """Number and unit of a text that has both, the unit as it is written; None of other values."""
+    """Number and unit of a text with both, the unit as it is written; None for other values."""
     match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
     if match is None or match[2] is None:
         return None
@@ -244,7 +244,7 @@ def si_unit(scene: Scene, path: str) -> str:
 
 
 def symbol_of(dimension: Measure) -> str:
-    """Return the SI unit of a dimension as it is written behind a number."""
+    """Return the SI unit of a dimension as text behind a number."""
     return _SYMBOLS.get(dimension.si, dimension.si)
 
 
@@ -261,7 +261,7 @@ def column_of_contact(scene: Scene, contact: str, name: str, unit: str) -> str:
 
 
 def in_si(value: Value, unit: str) -> Value:
-    """Return a number in the SI's `unit`; a text that is no quantity stays as it is."""
+    """Return a number in the SI `unit`; a text that is not a quantity stays as it is."""
     parts = parts_of(value)
     measures = (measure for measure in Dimension if symbol_of(measure) == unit)
     wanted = next(measures, Dimension.NUMBER)
@@ -272,7 +272,7 @@ def in_si(value: Value, unit: str) -> Value:
 
 
 def quantity_at(scene: Scene, path: str) -> Quantity | None:
-    """Return dimension and limits of the number at a path; None where they are not known."""
+    """Return dimension and limits of the number at a path; None if they are not known."""
     value: Any = scene
     owner: Any = None
     hints: tuple[Any, ...] = ()
@@ -297,7 +297,7 @@ def quantity_at(scene: Scene, path: str) -> Quantity | None:
 
 
 def _quantities(hint: Any) -> Iterator[Quantity]:
-    """Quantities that the annotations in a type name, if they leave no choice."""
+    """Quantities in the annotations of a type, if these leave no choice."""
     if isinstance(hint, Quantity):
         yield hint
     elif isinstance(hint, Varying):
@@ -325,7 +325,7 @@ Read = Callable[[Any], Any]
 
 @dataclass(frozen=True)
 class Design:
-    """Points, each with a value for every path; `places` tells where a value of a path is given."""
+    """Points, each with a value for every path; `places` are those of the values in the input."""
 
     paths: tuple[str, ...]
     points: tuple[tuple[Value, ...], ...]
@@ -333,10 +333,10 @@ class Design:
 
 
 def grid(varied: Mapping[str, Any], section: KeyPath, mistakes: list[Mistake]) -> Design | None:
-    """Return every value of each path with every value of the others; the last varies fastest.
+    """Return all combinations of the values of all paths; the last path varies fastest.
 
-    `section` is the path of `varied` in the document that mistakes belong to. Paths without values
-    are left out; None if no path is left.
+    `section` is the path of `varied` in the document, for mistakes. Paths without values are left
+    out; None if no path is left.
     """
     read = _read_all(values_of, varied, section, mistakes)
     if not read or not _allowed_count(prod(map(len, read.values())), section, mistakes):
@@ -392,14 +392,14 @@ def drawn(  # noqa: PLR0913  (all of these make other points)
     *,
     seed: int,
 ) -> Design | None:
-    """Return `count` points within their ranges: evenly and independently if the kind is "random".
+    """Return `count` points within the ranges: independent and uniform if the kind is "random".
 
-    A "latin_hypercube" fills them: of each range, cut into `count` equal parts, each holds one.
+    With "latin_hypercube" each range is cut into `count` equal parts; each part has one point.
     """
     read = _read_all(range_of, ranges, section, mistakes)
     if not read or not _allowed_count(count, section, mistakes):
         return None
-    # scipy takes a second to import, which commands that sweep nothing should not wait for
+    # The import of scipy takes a second; commands without a sweep should not wait for it.
     from scipy.stats.qmc import LatinHypercube  # noqa: PLC0415
 
     generator, size = np.random.default_rng(seed), len(read)
@@ -418,7 +418,7 @@ def drawn(  # noqa: PLR0913  (all of these make other points)
 def _read_all(
     read: Read, varied: Mapping[str, Any], section: KeyPath, mistakes: list[Mistake]
 ) -> dict[str, Any]:
-    """Return what was read of each path, without those that have mistakes."""
+    """Return the values of each path that was read without mistakes."""
     if not varied:
         mistakes.append(
             Mistake(section, "nothing is varied", "a path of the model, and its values")
@@ -431,7 +431,7 @@ def _read_all(
 
 
 def _refuse_twice(paths: Iterable[str], section: KeyPath, mistakes: list[Mistake]) -> None:
-    """Refuse a path that equals an earlier one but for blanks, or is inside or around it."""
+    """Refuse a path that equals an earlier one except for blanks, or contains it, or is in it."""
     seen: list[str] = []
     for path in paths:
         meant = ".".join(step.strip() for step in path.split("."))
@@ -443,7 +443,7 @@ def _refuse_twice(paths: Iterable[str], section: KeyPath, mistakes: list[Mistake
 
 
 def _read(read: Read, given: Any, place: KeyPath, mistakes: list[Mistake]) -> Any:
-    """Return what was read, or None after noting the mistake."""
+    """Return the values, or None after noting a mistake."""
     try:
         return read(given)
     except ValuesError as error:
@@ -465,15 +465,15 @@ def _allowed_count(count: int, section: KeyPath, mistakes: list[Mistake]) -> boo
 
 
 HASH_DIGITS = 16  # hex digits of a SHA-256: no two of a million points share one
-MOST_CHECKED = 1000  # values of a path that are checked before anything runs, in some seconds
-PACKAGES = (THIS, "exudyn", "numpy", "scipy")  # on whose versions numbers depend
+MOST_CHECKED = 1000  # values of a path that are checked before the first run; takes some seconds
+PACKAGES = (THIS, "exudyn", "numpy", "scipy")  # numbers depend on their versions
 
 
 @dataclass(frozen=True)
 class Varied:
-    """A path of the scene whose values vary; `unit` is that of the SI, `given` that of the user.
+    """A path of the scene whose values vary; `unit` is the SI unit, `given` the user's unit.
 
-    Both are empty where there is none, `given` also where values were given in SI.
+    Either is empty if there is none; `given` is empty, too, if the user gave values in SI.
     """
 
     path: str
@@ -490,8 +490,8 @@ class Varied:
 class Point:
     """One point of a sweep: its number from 1, settings of the scene, values in SI.
 
-    `id` is made of the scene, the settings and how it is solved: the same in every process, and
-    whenever the sweep is planned again.
+    `id` depends on the scene, the settings and the solver only: it is the same in every process and
+    in every later plan of the sweep.
     """
 
     number: int
@@ -502,9 +502,9 @@ class Point:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A plan: which runs are made of a scene, and what is observed of each.
+    """A plan: the runs of a scene, and the observables of each.
 
-    `observed` names what is observed, so that rows of two kinds never end up in one table.
+    `observed` names the kind of observables, so that no table mixes rows of two kinds.
     """
 
     scene: Scene
@@ -530,14 +530,14 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
     allow_outside: bool = False,
     mistakes: Iterable[Mistake] = (),
 ) -> Sweep:
-    """Make a sweep of a scene; `document` is where the design was given.
+    """Make a sweep of a scene; `document` has the design.
 
-    `mistakes` were found while the design was read; it does not have the paths that they concern.
+    `mistakes` were found while the design was read; the design lacks the paths with mistakes.
 
     Raises:
-        SceneError: a path leads nowhere, or a value can't be; all such mistakes are in it. Values
-            that are allowed, but not together with others, raise nothing: like a run that fails,
-            their point has a row that says so.
+        SceneError: a path leads nowhere, or a value is not allowed; the error has all these
+            mistakes. Values that are allowed only without certain others raise no error: the row
+            of their point says so, as for a failed run.
 
     """
     all_mistakes = list(mistakes)
@@ -567,7 +567,7 @@ def planned(  # noqa: PLR0913  (all of these make other numbers)
 
 
 def versions() -> dict[str, str]:
-    """Versions of the packages on which numbers depend."""
+    """Versions of the packages that influence numbers."""
     return {name: version_of(name) for name in PACKAGES}
 
 
@@ -577,7 +577,7 @@ def _id(base: str, settings: Sequence[Setting]) -> str:
 
 
 def _varied(path: str, unit: str, values: Sequence[Value], given: str) -> Varied:
-    """A path that varies; values that are texts, such as 'beam', have no unit."""
+    """Describe a varied path; values that are texts, such as 'beam', have no unit."""
     numbers = any(isinstance(value, float) for value in values)
     return Varied(path, unit if numbers else "", given if numbers else "")
 
@@ -585,9 +585,9 @@ def _varied(path: str, unit: str, values: Sequence[Value], given: str) -> Varied
 def _mistakes(
     scene: Scene, design: Design, settings: Sequence[Sequence[Setting]], allow_outside: bool
 ) -> Iterator[Mistake]:
-    """Mistakes of values by themselves, at the places where the values are given."""
+    """Mistakes of single values, at their places in the input."""
     document = document_of(scene)
-    nowhere: set[str] = set()  # paths that lead nowhere, whatever the value
+    nowhere: set[str] = set()  # paths that lead nowhere for any value
     for path, point_setting, places in zip(design.paths, settings[0], design.places, strict=True):
         try:
             apply_settings(document, [point_setting])
@@ -618,14 +618,14 @@ def _mistakes(
 
 
 def _is_of(mistake: Mistake, path: KeyPath) -> bool:
-    """Tell whether a mistake stands at a path, below it, or where the path leads nowhere."""
+    """Tell whether a mistake is at a path, below it, or where the path ends early."""
     texts, words = [str(step) for step in mistake.path], [str(step) for step in path]
     shorter = min(len(texts), len(words))
     return texts[:shorter] == words[:shorter]
 
 
 def _moved(mistake: Mistake, place: KeyPath, length: int) -> Mistake:
-    """A mistake of the scene as one of the study, at the place of the value."""
+    """Return a mistake of the scene as a mistake of the study, at the place of the value."""
     inner = dotted(mistake.path[length:])
     message = f"{inner}: {mistake.message}" if inner else mistake.message
     return Mistake(place, message, mistake.hint)

@@ -1,6 +1,6 @@
-"""One row of a sweep's table: what is told of the runs at one point, and why, if it is doubtful.
+"""One row of a sweep's table: results of the runs at one point, and the reason if it is doubtful.
 
-The runs of one point: what every executor does, in whatever process.
+The runs of one point, as every executor makes them, in any process.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ COLUMNS = {
     "warnings": "warnings",
     "wall_s": "wall",
 }
-"""Columns of every table, beside the values that vary and what is observed; fields of `Row`."""
+"""Columns of every table, besides varied values and observables; fields of `Row`."""
 
 OTHERWISE_TOLD = (
     *("force_N", "penetration_m", "torque_N_m", "penetration_rad"),
@@ -51,29 +51,29 @@ OTHERWISE_TOLD = (
 """Extremes that have columns of their own."""
 
 Scalar = float | int | bool | str | None
-"""What a table can hold; None: there is no such number."""
+"""An entry of a table; None means that the number does not exist."""
 
 RowFunction = Callable[[Result], Mapping[str, Scalar]]
 """Observables of one run, by the names of their columns, which end in their units."""
 
 
 Simulate = Callable[[Scene], Result]
-"""Runs a scene by the sweep's engine; a run that fails is a Result, too."""
+"""Runs a scene by the sweep's engine; a failed run is a Result, too."""
 
 Observe = Callable[[Scene, Simulate], Mapping[str, Scalar]]
-"""Observables of one point that may need several runs: given its scene, and what runs a scene."""
+"""Observables of one point, perhaps from several runs, by its scene and a function that runs it."""
 
 
 class RunFailedError(Exception):
-    """A run stopped before its end: there is nothing to observe of it."""
+    """A run stopped before its end, so it has no observables."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What is told of the point `number` (from 1) with the name `id`.
+    """The results of the point `number` (from 1) with the name `id`.
 
-    `status` is done; doubtful, with the warnings of its runs as `reason`; or failed, with why, and
-    without numbers. `wall` (s) is how long it took.
+    `status` is done; doubtful, with the warnings of its runs as `reason`; or failed, with the cause
+    as `reason` and without numbers. `wall` (s) is the wall time.
     """
 
     number: int
@@ -87,7 +87,7 @@ class Row:
 
 @dataclass(frozen=True)
 class OneRun:
-    """Observes one run by a function of its Result; can be sent to other processes if that can."""
+    """Observes one run by a function of its Result; can be pickled if the function can."""
 
     row: RowFunction
 
@@ -176,7 +176,7 @@ def _of_joint(result: Result, joint: str) -> dict[str, Scalar]:
 
 
 def _greatest_force(result: Result, name: str) -> dict[str, Scalar]:
-    """Largest normal force; None of impulses, which have none, 0 of what never touched."""
+    """Largest normal force; None for impulses, which have no force; 0 without a touch."""
     column = column_of_contact(result.scene, name, "greatest_force", "N")
     force = float(result.intervals[name].peak_force.max(initial=0.0))
     return {f"{name}.{column}": force if isfinite(force) else None}
@@ -203,10 +203,10 @@ Keep = Callable[[Result, str], None]
 
 @dataclass(frozen=True)
 class Work:
-    """What is the same at all points, and sent to each process once.
+    """The data common to all points; each process gets them once.
 
-    `document` is the scene as plain data, with the points of its files in it; `simulate` runs a
-    scene, `observe` tells of the runs what goes into the row; `keep`, if there is one, saves each.
+    `document` is the scene as plain data, with the points of its files in it. `simulate` runs a
+    scene, `observe` returns the row's observables, and `keep`, if given, saves each run.
     """
 
     document: Document
@@ -216,7 +216,7 @@ class Work:
     allow_outside: bool = False
 
     def row(self, point: Point) -> Row:
-        """Make the runs of a point; whatever goes wrong in them is told in the row."""
+        """Make the runs of a point; the row reports all their errors."""
         began = perf_counter()
         warned: list[str] = []
         numbers: Mapping[str, Scalar] = {}
@@ -224,7 +224,7 @@ class Work:
 
         def simulate(scene: Scene) -> Result:
             result = self.simulate(scene)
-            if result.outcome.reason == INTERRUPTED:  # and with it the sweep: it is no row
+            if result.outcome.reason == INTERRUPTED:  # so is the sweep: there is no row
                 raise KeyboardInterrupt
             end = [] if result.outcome.completed else [f"a run {result.outcome.ending}"]
             warned.extend([*result.warnings, *end])
@@ -242,7 +242,7 @@ class Work:
             why = str(error)
         except MemoryError:
             why = "not enough memory"
-        except Exception as error:  # of an engine that refuses the scene, or of the user's function
+        except Exception as error:  # an engine refuses the scene, or the user's function fails
             why = f"{type(error).__name__}: {error}"
         else:
             why = ""
@@ -253,19 +253,19 @@ class Work:
 
 
 def work_of(sweep: Sweep, simulate: Simulate, observe: Observe, keep: Keep | None = None) -> Work:
-    """Return what the processes of a sweep do at each point; see `Work`."""
+    """Return the work of a sweep's processes at each point; see `Work`."""
     data = document_of_data(sweep.scene.to_data(), "the scene")
-    document = replace(data, folder=sweep.scene.document.folder)  # of files that are varied
+    document = replace(data, folder=sweep.scene.document.folder)  # where varied files are
     return Work(document, simulate, observe, keep, sweep.allow_outside)
 
 
 def shortened(text: str, most: int) -> str:
-    """Return a text of no more than so many characters, with dots for what is left out."""
+    """Return a text of at most `most` characters; dots replace the rest."""
     return text if len(text) <= most else f"{text[: most - 4]} ..."
 
 
 def _checked(observed: Mapping[str, Any]) -> Mapping[str, Scalar]:
-    """Return observables as what a row holds; refuse names that are no texts, or are taken."""
+    """Return observables as entries of a row; refuse names that are not texts, or are taken."""
     for name in observed:
         if not isinstance(name, str):
             raise TypeError(f"a column's name is a text, no {type(name).__name__}")
@@ -275,7 +275,7 @@ def _checked(observed: Mapping[str, Any]) -> Mapping[str, Scalar]:
 
 
 def _plain(value: Any) -> Scalar:
-    """Return a number, text, bool or None, or raise TypeError; None stands for nan."""
+    """Return a number, text, bool or None (for nan); raise TypeError for other values."""
     if hasattr(value, "item"):  # of numpy
         value = value.item()
     if isinstance(value, float) and isnan(value):

@@ -1,6 +1,6 @@
-"""A sweep: its file with a model and what varies in it, who makes its runs, and its table.
+"""A sweep: its file with a model and varied paths, the executors of its runs, and its table.
 
-Runs are made by this process, by processes of this machine, or by workers of Dask: all are pools of
+This process, other processes of this machine, or workers of Dask make the runs: all are pools of
 `concurrent.futures`. A row of the table is kept as soon as its run is finished.
 """
 
@@ -44,8 +44,8 @@ from exudyn_flexlink.sweeps.plan import (
 )
 from exudyn_flexlink.sweeps.rows import COLUMNS, FAILED, Row, Scalar, Work
 
-MOST_PROCESSES = 61  # of a pool, which can have no more on Windows
-AHEAD = 2  # tasks sent to each worker of Dask: the present one and the next
+MOST_PROCESSES = 61  # of a pool: the limit on Windows
+AHEAD = 2  # tasks for each worker of Dask: the present one and the next
 SECONDS_TO_CONNECT = 20  # to Dask's scheduler
 ENDED = (
     "the process that ran it ended, as often as it was tried: killed, perhaps for want of memory, "
@@ -82,14 +82,14 @@ Executor = Callable[[Work], AbstractContextManager[Pool]]
 
 
 def executor_of(workers: int | None = None, scheduler: str | None = None) -> Executor:
-    """Return what makes the runs: `workers` processes, by default one for every core.
+    """Return the executor of the runs: `workers` processes, by default one for every core.
 
     A single worker is this process itself. A process that is a worker of another pool makes all
     runs itself, since it can't start others (daemonic processes have no children). With the address
     of Dask's `scheduler`, the workers of Dask make the runs.
 
     Raises:
-        ValueError: both are given, or less than one worker.
+        ValueError: both are given, or `workers` is less than 1.
 
     """
     if scheduler is not None:
@@ -109,8 +109,8 @@ def executor_of(workers: int | None = None, scheduler: str | None = None) -> Exe
 def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generator[Row, None, None]:
     """Give a row for every point, each once, in the order in which they are finished.
 
-    If a process ends, any run under way may be the cause. So each of them is tried once more,
-    alone, when all others are done. Closing the iterator ends all runs.
+    If a process ends, any of the present runs may be the cause. So each of these is tried once
+    more, alone, when all others are done. Closing the iterator ends all runs.
 
     Raises:
         CannotStartError: the executor can't do the work.
@@ -125,9 +125,9 @@ def rows_of(executor: Executor, work: Work, points: Sequence[Point]) -> Generato
 def _tried(
     executor: Executor, work: Work, points: Sequence[Point], *, alone: bool = False
 ) -> Generator[Row, None, list[Point]]:
-    """Try points, one at a time if `alone`; returns those whose process ended.
+    """Try points, one at a time if `alone`; return the points whose process ended.
 
-    A pool that has lost a process gets no more points: a new pool takes those that wait.
+    A pool that has lost a process gets no more points: a new pool takes the waiting points.
     """
     waiting, lost = deque(points), []
     while waiting:
@@ -200,7 +200,7 @@ def local_processes(count: int, work: Work) -> Iterator[Pool]:
             raise CannotStartError(NOT_BEGUN)
     finally:
         for process in [*(pool._processes or {}).values()]:
-            process.terminate()  # what is under way is not wanted any more
+            process.terminate()  # its present run is not wanted any more
         pool.shutdown(cancel_futures=True)
 
 
@@ -208,8 +208,8 @@ def local_processes(count: int, work: Work) -> Iterator[Pool]:
 def _starting() -> Iterator[None]:
     """Start processes inside this context, so that they neither get Ctrl-C nor fail to begin.
 
-    Ctrl-C is for the sweep as a whole. A new process reads the main script again, which fails if
-    that is no file, such as '<stdin>': then it has to read nothing.
+    Ctrl-C is for the sweep as a whole. A new process reads the main script again. This fails if the
+    script is not a file, such as '<stdin>': then the process is made to read nothing.
     """
     main, masks = sys.modules["__main__"], hasattr(signal, "pthread_sigmask")  # not on Windows
     file = getattr(main, "__file__", None)
@@ -241,7 +241,7 @@ def _local_row(point: Point) -> Row:
     """Make the run of a point, in a process of the pool."""
     try:
         work: Work = pickle.loads(_sent[0])
-    except Exception as error:  # this process can't import a function that the work names
+    except Exception as error:  # this process can't import a function of the work
         raise CannotStartError(NOT_SENT.format(error)) from error
     return work.row(point)
 
@@ -262,7 +262,7 @@ def dask_cluster(address: str, work: Work) -> Iterator[Pool]:
     """Yield a pool of the workers of a scheduler at an address such as ``tcp://host:8786``.
 
     When the pool closes, runs that did not begin are cancelled. If a worker ends, Dask gives its
-    tasks to other workers; after a few such ends it gives a task up.
+    tasks to other workers; if that happens to a task a few times, Dask gives the task up.
 
     Raises:
         CannotStartError: there is no such scheduler, no worker that fits, or no Dask.
@@ -299,7 +299,7 @@ def dask_cluster(address: str, work: Work) -> Iterator[Pool]:
 
 
 def _dask_row(work: Work, needed: Mapping[str, str], point: Point) -> Row:
-    """Make the run of a point, on a worker, which may have come late, with other packages."""
+    """Make the run of a point on a worker; a worker that joined late may have other packages."""
     if versions() != needed:
         raise RuntimeError(f"this worker has {versions()}")
     return work.row(point)
@@ -313,8 +313,8 @@ Keeper = Callable[[Row, int], None]
 class SweepTable:
     """The table of a sweep: rows in the order of their points, and the `values` of these points.
 
-    `points` is the number of points of the plan: more than there are rows, if the sweep was
-    interrupted. Numbers are in SI.
+    `points` is the number of points of the plan. An interrupted sweep has fewer rows. Numbers are
+    in SI.
     """
 
     title: str
@@ -331,17 +331,17 @@ class SweepTable:
 
     @property
     def observables(self) -> tuple[str, ...]:
-        """Names of all observables, in the order in which rows first tell them."""
+        """Names of all observables, in the order of their first row."""
         return tuple(dict.fromkeys(name for row in self.rows for name in row.numbers))
 
     def count(self, status: str) -> int:
-        """How many rows are done, doubtful or failed."""
+        """Number of rows with this status: done, doubtful or failed."""
         return sum(row.status == status for row in self.rows)
 
     def columns(self) -> dict[str, list[Scalar]]:
-        """Return all columns by name: the run, its values, how it ended, its observables.
+        """Return all columns by name: the run, its values, its status, its observables.
 
-        None stands for a number that does not exist.
+        None means that a number does not exist.
         """
         columns: dict[str, list[Scalar]] = {
             column: [getattr(row, name) for row in self.rows] for column, name in COLUMNS.items()
@@ -432,7 +432,7 @@ class StudyFile(Part):
 
 @dataclass(frozen=True)
 class Study:
-    """A study that was read: its scene, what varies, and `mistakes` found in that."""
+    """A study that was read: its scene, its varied paths, and `mistakes` in these."""
 
     document: Document
     scene: Scene
@@ -488,7 +488,7 @@ def _design(file: StudyFile, mistakes: list[Mistake]) -> Design | None:
 def _scene(
     document: Document, file: StudyFile, settings: Iterable[str], allow_outside: bool
 ) -> Scene:
-    """Load the model; a mistake of the study's settings is told at its place."""
+    """Load the model; mistakes in the study's settings get their places in the study."""
     model = _model(document, file.model, allow_outside)
     try:
         return load_scene(model, [*file.settings, *settings], allow_outside)
