@@ -20,7 +20,7 @@ from exudyn_flexlink.shipped import EFFECT_NAMES
 from exudyn_flexlink.source import parse_document
 
 FILES = sorted(MODELS.glob("*.yaml"))
-ROUNDED = 1e-12  # N: the slide that carries nothing across has a force by rounding
+ROUNDED = 1e-12  # N: what rounding makes of forces, also in a tight run, which has more steps
 
 
 @pytest.fixture(scope="module")
@@ -271,7 +271,8 @@ def test_forces_of_slides_and_springs_have_errors_that_bound_the_true_ones(scene
         off, bound = true[name].free, told[name].free
         assert off is not None
         assert bound is not None
-        assert off.largest <= bound.largest <= max(1e-3 * bound.size, ROUNDED)
+        assert off.largest <= max(bound.largest, ROUNDED)
+        assert bound.largest <= max(1e-3 * bound.size, ROUNDED)
 
 
 def test_check_names_ways_and_springs(scene):

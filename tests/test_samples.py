@@ -85,4 +85,5 @@ def test_what_a_contact_stores_is_energy_that_is_stored():
     depth = np.maximum(-result.contacts["floor"].gap, 0)
     assert result.energy.stored == pytest.approx(0.5 * 1e4 * depth**2, abs=1e-9)
     assert result.energy.stored.max() == pytest.approx(1.0, rel=1e-4)
-    assert result.energy.dissipated == pytest.approx(0, abs=1e-9)
+    allowed = result.scene.accuracy.tolerance * result.contacts["floor"].force.max()
+    assert result.energy.dissipated == pytest.approx(0, abs=0.1 * allowed)
