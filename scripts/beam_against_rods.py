@@ -29,7 +29,7 @@ from exudyn_flexlink.cli.arguments import add_figures
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import path
-from exudyn_flexlink.plots.frame import BLACK, GREEN, PURPLE, SCREEN, Style, styled
+from exudyn_flexlink.plots.frame import BLACK, GREEN, PURPLE, SCREEN, ShownFigure, Style, styled
 from exudyn_flexlink.plots.panels import letter
 from exudyn_flexlink.result import Result
 
@@ -180,7 +180,7 @@ def tell(name: str, found: dict[str, list[Answer]]) -> None:
 def draw(studies: dict[str, dict[str, list[Answer]]], *, style: Style = SCREEN) -> Figure:
     """Draw the error of S over the number of elements or rods, and over the time they take."""
     size = style.width, (1.25 if style.narrow else 0.85) * style.width
-    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
+    figure = ShownFigure(figsize=size, dpi=style.dpi, layout="constrained")
     panels = figure.subplots(2, 2)
     for row, (name, found) in zip(panels, studies.items(), strict=True):
         for kind, colour in KINDS.items():

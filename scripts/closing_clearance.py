@@ -21,7 +21,16 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.cli.arguments import add_figures
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.observables import separation
-from exudyn_flexlink.plots.frame import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
+from exudyn_flexlink.plots.frame import (
+    BLACK,
+    GREEN,
+    GREY,
+    PURPLE,
+    SCREEN,
+    ShownFigure,
+    Style,
+    styled,
+)
 from exudyn_flexlink.plots.panels import letter, sized
 
 CLEARANCES = (5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5)  # m
@@ -67,7 +76,7 @@ def draw(found: dict[float, FloatArray], *, style: Style = SCREEN) -> Figure:
 
     Distances hardly depend on the stiffness: softer walls have broader lines, for all to be seen.
     """
-    figure = Figure(figsize=(style.width, 0.55 * style.width + 1), dpi=style.dpi,
+    figure = ShownFigure(figsize=(style.width, 0.55 * style.width + 1), dpi=style.dpi,
                     layout="constrained")  # fmt: skip
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     for i, (stiffness, series) in enumerate(found.items()):

@@ -29,7 +29,7 @@ from exudyn_flexlink.cli.figures import Look, look_of
 from exudyn_flexlink.effects import with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.observables import lever_response, strikes
-from exudyn_flexlink.plots.frame import BLACK, GREEN, PURPLE, SCREEN, Style, styled
+from exudyn_flexlink.plots.frame import BLACK, GREEN, PURPLE, SCREEN, ShownFigure, Style, styled
 from exudyn_flexlink.plots.panels import legend_outside, letter, sized
 
 STIFFNESS = 2e4  # N/m, of the model
@@ -118,7 +118,7 @@ def draw_stiffness(
     """Draw penalty minus impulse over the stiffness; negative differences are hollow."""
     k, off = found
     size = style.width, style.scale * 5.5
-    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
+    figure = ShownFigure(figsize=size, dpi=style.dpi, layout="constrained")
     panels = figure.subplots(len(off), 1, sharex=True)
     for axes, (name, values) in zip(panels, off.items(), strict=True):
         axes.loglog(k, np.abs(values), color=BLACK, linewidth=0.8)
@@ -149,7 +149,7 @@ def rods(out: Path, look: Look) -> None:
 def draw_rods(found: dict[tuple[int, str], Answer], *, style: Style = SCREEN) -> Figure:
     """Draw the strike over the number of rods, under both models."""
     size = style.width, style.scale * 6.5
-    figure = Figure(figsize=size, dpi=style.dpi, layout="constrained")
+    figure = ShownFigure(figsize=size, dpi=style.dpi, layout="constrained")
     top, bottom = figure.subplots(2, sharex=True)
     for (impact, colour), broad in zip(COLOURS.items(), (2.5, 1.0), strict=True):
         ones = [found[n, impact] for n in RODS]

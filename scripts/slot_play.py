@@ -23,7 +23,16 @@ from exudyn_flexlink.cli.arguments import add_figures
 from exudyn_flexlink.cli.figures import look_of
 from exudyn_flexlink.mechanism import approach, build_mechanism
 from exudyn_flexlink.observables import contact_totals, crank_angle, path
-from exudyn_flexlink.plots.frame import BLACK, GREEN, GREY, PURPLE, SCREEN, Style, styled
+from exudyn_flexlink.plots.frame import (
+    BLACK,
+    GREEN,
+    GREY,
+    PURPLE,
+    SCREEN,
+    ShownFigure,
+    Style,
+    styled,
+)
 from exudyn_flexlink.plots.panels import letter, sized
 from exudyn_flexlink.result import Result
 
@@ -96,7 +105,7 @@ def _strayed(result: Result, ideal: Result) -> Strayed:
 @styled
 def draw(found: dict[str, Strayed], *, style: Style = SCREEN) -> Figure:
     """Draw how far S strays, above, and where the pin is in its slot, below."""
-    figure = Figure(figsize=(style.width, 0.75 * style.width + 0.6), dpi=style.dpi,
+    figure = ShownFigure(figsize=(style.width, 0.75 * style.width + 0.6), dpi=style.dpi,
                     layout="constrained")  # fmt: skip
     above, below = figure.subplots(2, 1, sharex=True)
     for name, run in found.items():
