@@ -59,6 +59,7 @@ from exudyn_flexlink.scene import (
     first_stage,
     whole_scene,
 )
+from exudyn_flexlink.shipped import EXUDYN
 from exudyn_flexlink.source import SceneError
 
 Progress = Callable[[float], None]
@@ -90,9 +91,9 @@ def continued(result: Result, at: float | None = None) -> Scene:
     """
     k = _sample(result, at)
     time = float(result.time[k])
-    if result.engine != "exudyn" or formulation(result.scene) != "minimal":
+    if result.engine != EXUDYN or formulation(result.scene) != "minimal":
         _require_free(result, time)
-    return _as_it_presses(_scene_from(result, k), result, time)
+    return _with_pressing(_scene_from(result, k), result, time)
 
 
 def _sample(result: Result, at: float | None) -> int:
@@ -179,7 +180,7 @@ def _pressing(result: Result, time: float) -> Pressing:
     return pressing
 
 
-def _as_it_presses(scene: Scene, result: Result, time: float) -> Scene:
+def _with_pressing(scene: Scene, result: Result, time: float) -> Scene:
     """Return a scene, that goes on from an instant (s) of a run, with what presses then."""
     names = {*scene.all_contacts, *scene.joints}
     pressing = {name: pairs for name, pairs in _pressing(result, time).items() if name in names}
@@ -255,7 +256,7 @@ def _next_stage(result: Result) -> Scene:
 
     """
     time = float(result.time[-1])
-    scene = _as_it_presses(_staged(result, len(result.time) - 1), result, time)
+    scene = _with_pressing(_staged(result, len(result.time) - 1), result, time)
     scene = scene.changed(
         run=scene.run.model_copy(update={"duration": (scene.run.duration or inf) - time}),
         solver=scene.solver.model_copy(update={"formulation": "minimal"}),

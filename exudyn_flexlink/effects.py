@@ -163,7 +163,8 @@ def _stages_without_impact(
         values = {
             key: value
             for key, value in stage.set.items()
-            if ".".join(key.split(".")[:2]) in known | {"gravity"} and ".limits" not in key
+            if ".".join(key.split(".")[:2]) in known | {"gravity"}
+            and key.split(".")[2:3] != ["limits"]
         }
         update = {"remove": removed, "set": specs.FrozenMapping(values)}
         yield made.model_copy(update=update)
@@ -257,14 +258,15 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     touching = {**whole.contacts, **whole.stops}
     lossy = [name for name, contact in touching.items() if contact.law.restitution is None]
     _refuse(whole, lossy, *NO_RESTITUTION)
-    return scene.changed(**_in_all_stages(scene, {"contacts": _striking, "joints": _stopping}))
+    changes = {"contacts": _rigid_contact, "joints": _rigid_stops}
+    return scene.changed(**_in_all_stages(scene, changes))
 
 
-def _striking(contact: Any) -> Any:
+def _rigid_contact(contact: Any) -> Any:
     return contact.model_copy(update={"law": _jumping(contact.law)})
 
 
-def _stopping(joint: specs.Joint) -> specs.Joint:
+def _rigid_stops(joint: specs.Joint) -> specs.Joint:
     """Return a joint whose limits or flanks, if any, act by impulses."""
     part = joint if isinstance(joint, specs.GearJoint) else getattr(joint, "limits", None)
     law = getattr(part, "law", None)

@@ -58,7 +58,7 @@ def test_a_film_of_a_doubtful_run_says_so(run):
     assert not film_data(film_of(sure))["doubts"]
 
 
-def test_what_a_stage_takes_away_or_adds_is_seen_while_it_is_there():
+def test_what_a_stage_takes_away_or_adds_is_seen_while_it_exists():
     tie = "{type: linear, points: [ground, rod.tip], stiffness: 1, at: [1, 0]}"
     stages = f"[{{until: t - 0.1, remove: [joints.pin], add: {{springs: {{tie: {tie}}}}}}}]"
     staged = scene(FALLING_ROD, "run.duration=0.3", f"stages={stages}")
@@ -70,7 +70,7 @@ def test_what_a_stage_takes_away_or_adds_is_seen_while_it_is_there():
     spans = {line["name"]: line["spans"] for line in data["lines"]}
     assert spans == {"rod": [[None, begin], [begin, None]], "tie": [[begin, None]]}
     (pin,) = take.marks
-    assert [take.is_there(pin, time) for time in (0.0, 0.05, 0.2)] == [True, True, False]
+    assert [take.exists(pin, time) for time in (0.0, 0.05, 0.2)] == [True, True, False]
 
 
 def test_slow_motion_is_around_the_strike_that_was_asked_for(run, tilting):

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from benchmarks.others import CRANK, ROD, SPEED, START, motion
 from cli_runs import MODELS
 from results import scene_from
 from scipy.integrate import solve_ivp
@@ -39,50 +40,15 @@ def test_n_four_bar_stays_a_row_of_squares_at_every_sample():
     assert np.abs(part(result, "b1")[:, 2]).max() < 1e-9
 
 
-CRANK, ROD = 0.1, 0.3
-
-
-def free_slider_crank(end):
-    """Crank angle of `free_slider_crank.yaml` at instants to the end, from its one equation.
-
-    ``I(a) a'' + I'(a) a'^2 / 2 = -V'(a)``: masses, inertias and weight of the file. The rod's angle
-    is -asin(r/l sin a), the slider keeps its own angle.
-    """
-    mass, centre = 1.0, 0.15
-
-    def energy(a):
-        """Inertia for a' = 1, and potential."""
-        sine, cosine = np.sin(a), np.cos(a)
-        b = -np.arcsin(CRANK / ROD * sine)
-        rate = -CRANK / ROD * cosine / np.cos(b)
-        rod_x = -CRANK * sine - centre * rate * np.sin(b)
-        rod_y = CRANK * cosine + centre * rate * np.cos(b)
-        slider = -CRANK * sine - ROD * rate * np.sin(b)
-        inertia = 1e-3 + 0.5 * 0.05**2 + mass * (rod_x**2 + rod_y**2) + 1e-2 * rate**2
-        height = 0.5 * 0.05 * sine + mass * (CRANK * sine + centre * np.sin(b))
-        return inertia + 2.0 * slider**2, 9.81 * height
-
-    def rates(_, y):
-        step = 1e-3
-        at = y[0] + step * np.array([-2, -1, 0, 1, 2])
-        inertia, potential = energy(at)
-        weights = np.array([1, -8, 0, 8, -1]) / (12 * step)
-        bend, slope = weights @ inertia, weights @ potential
-        return [y[1], -(0.5 * bend * y[1] ** 2 + slope) / inertia[2]]
-
-    start = [np.pi / 3, 10.0]
-    keep = {"dense_output": True, "rtol": 1e-12, "atol": 1e-12}
-    return solve_ivp(rates, (0, end), start, "DOP853", **keep).sol
-
-
 def test_a_slider_crank_that_nothing_drives_keeps_its_tolerance():
     """Errors of its speed last to the end of the run, and count so."""
-    exact = free_slider_crank(1.5)
+    start, keep = [START, SPEED], {"dense_output": True, "rtol": 1e-13, "atol": 1e-13}
+    exact = solve_ivp(motion, (0, 1.5), start, "DOP853", **keep).sol
     for tolerance in (1e-3, 1e-5, 1e-8):
         asked = "run.duration=1.5", f"accuracy.tolerance={tolerance}"
         result = run("textbook/free_slider_crank.yaml", *asked)
         off = CRANK * np.abs(part(result, "crank")[:, 2] - exact(result.time)[0]).max()
-        assert off < tolerance + 1e-9  # the last is what the differences above leave
+        assert off < tolerance
 
 
 def test_a_driven_slider_crank_follows_its_closed_form():

@@ -376,27 +376,29 @@ stages:
   - until: t - 0.1
     remove: [contacts.hit, joints.pin]
     add:
-      joints: {held: {type: revolute, points: [ground, rod.o], at: [0, 0], friction: {torque: 1},
+      joints: {limits: {type: revolute, points: [ground, rod.o], at: [0, 0], friction: {torque: 1},
                       limits: {from: -60 deg, law: {stiffness: 100, restitution: 0.4}}}}
       contacts: {again: {type: point_on_line, point: ball.c, line: [rod.o, rod.tip],
                          law: {stiffness: 1.0e+4, restitution: 0.5, friction: 0.2}}}
   - until: t - 0.2
-    set: {joints.held.limits.from: -80 deg}
+    set: {joints.limits.limits.from: -80 deg, joints.limits.friction.torque: 2}
     remove: [contacts.again]
 """
 
 
 def test_effects_reach_what_stages_add():
+    """Limits go, and what sets them; a joint may have that name."""
     staged = scene(CATCH)
     smooth = idealise(staged, ["friction"]).stages[0].add
-    assert smooth.joints["held"].friction is None
+    assert smooth.joints["limits"].friction is None
     assert smooth.contacts["again"].law.friction == 0
     first, second = idealise(staged, ["impact"]).stages
     assert first.remove == ("joints.pin",)
     assert not first.add.contacts
-    assert first.add.joints["held"].limits is None
-    assert (second.remove, dict(second.set)) == ((), {})
+    assert first.add.joints["limits"].limits is None
+    assert second.remove == ()
+    assert dict(second.set) == {"joints.limits.friction.torque": 2}
     rigid = with_impact(staged, "impulse").stages[0].add
-    assert rigid.joints["held"].limits.law.restitution == 0.4
+    assert rigid.joints["limits"].limits.law.restitution == 0.4
     assert rigid.contacts["again"].law.type == "impulse"
     assert idealise(staged, ["clearance"]) == staged

@@ -218,7 +218,7 @@ class Take:
         """Return the spans (s) in which a line or a mark exists; stages may add or remove it."""
         return [span for span, things in self._in_stages if _key(thing) in things]
 
-    def is_there(self, thing: Drawn | Mark, time: float) -> bool:
+    def exists(self, thing: Drawn | Mark, time: float) -> bool:
         """Whether a line or a mark exists at an instant (s)."""
         return any(begin <= time < end for begin, end in self.spans(thing))
 

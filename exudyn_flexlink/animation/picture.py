@@ -160,10 +160,10 @@ def draw_mechanism(place: Place, shots: Shots, frame: int) -> None:
         place.axes.fill(*corners.T, color="#A9A9A9", alpha=0.16, linewidth=0)
     time = shots.frames.times[frame]
     for drawn in shots.take.lines:
-        if shots.take.is_there(drawn, time):
+        if shots.take.exists(drawn, time):
             _draw_line(place, drawn, poses)
     for mark in shots.take.marks:
-        if shots.take.is_there(mark, time):
+        if shots.take.exists(mark, time):
             _draw_mark(place, mark, poses)
 
 

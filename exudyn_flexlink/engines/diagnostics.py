@@ -34,10 +34,9 @@ from exudyn_flexlink.mechanism import (
     wanted_interval,
     wound_at_start,
 )
-from exudyn_flexlink.mechanism.prescribed import NO_ENERGY
 from exudyn_flexlink.observables import crank_angle, crank_joint, deepest
 from exudyn_flexlink.result import INTERRUPTED, Intervals, Outcome, Result
-from exudyn_flexlink.rounding import NEGLIGIBLE, PLACE_ROUNDING, TINY
+from exudyn_flexlink.rounding import NEGLIGIBLE, NO_ENERGY, PLACE_ROUNDING, TINY
 from exudyn_flexlink.scene import ImpulseLaw, RevoluteJoint, SleeveJoint, SlotJoint
 
 REST_SPEED = 1e-6  # m/s: a slower approach is no impact

@@ -27,10 +27,8 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.rounding import SOLVED
 
-# Of the largest of c, or of p: values this little below zero are zero. Of the largest eigenvalue of
-# W: contacts that depend on others share the load.
-SOLVED = 1e-10
 MOST_RUBBING = 6  # contacts: 4096 modes, half a second
 # Of the largest speed, or impulse: two answers that differ by less count as the same.
 SAME_ANSWER = 1e-8

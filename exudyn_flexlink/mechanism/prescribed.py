@@ -17,7 +17,7 @@ from numpy.polynomial import Chebyshev, chebyshev
 
 from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.expressions import RATE, Expression, NoValueError, resolved
-from exudyn_flexlink.rounding import ROUNDING, UNIT_ROUNDING
+from exudyn_flexlink.rounding import NO_ENERGY, ROUNDING, UNIT_ROUNDING
 
 DEGREE = 16  # of the polynomials of an integral
 NODES = chebyshev.chebpts1(DEGREE + 1)
@@ -249,9 +249,6 @@ class Antiderivative:
         before = float(self._pieces[-1](begin)) if self._pieces else 0.0
         self._pieces.append(piece.integ(k=before, lbnd=begin))
         self._ends.append(end)
-
-
-NO_ENERGY = 1e-12  # J: smaller energies are rounding
 
 
 class TableEndError(NoValueError):

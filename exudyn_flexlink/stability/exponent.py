@@ -413,6 +413,7 @@ def largest_exponent(
     settled, edges = batches(motion.times, neighbours.batch)
     distance, scales = neighbours.distance, neighbours.scales
     unit = np.ones(motion.states.shape[1]) if scales is None else scales
+    # Any direction does; the same one in each study, so that its numbers can be found again.
     way = np.random.default_rng(0).standard_normal(len(unit))
     near = motion.states[0] + distance * unit * way / np.linalg.norm(way)
     rates, errors = np.zeros(count), np.zeros(count)

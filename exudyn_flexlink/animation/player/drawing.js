@@ -121,7 +121,7 @@ function drawTake(pen, view, take, rank) {
   const [halo, mist] = LOOK.halo;
   for (const zoom of take.zooms) if (zoom.guide) drawChannel(pen, view, take, zoom);
   for (const line of take.lines) {
-    if (!take.isThere(line)) continue;
+    if (!take.exists(line)) continue;
     let places = [];
     for (let i = 0; i < line.count; i++) {
       places.push(view.put(take.at(line.part(i), line.x(i), line.y(i))));
@@ -135,7 +135,7 @@ function drawTake(pen, view, take, rank) {
     if (line.kind === "link" && rank !== 0) drawNodes(pen, places, line.colour);
     if (line.kind === "bar" && line.count === 1) pen.dot(places[0], 5 * wide, line.colour);
   }
-  for (const mark of take.data.marks) if (take.isThere(mark)) drawMark(pen, view, take, mark);
+  for (const mark of take.data.marks) if (take.exists(mark)) drawMark(pen, view, take, mark);
 }
 
 function drawChannel(pen, view, take, { view: { part, x, y }, guide }) {

@@ -86,7 +86,7 @@ class Take {
   }
 
   // Whether a line or a mark is there now: its part may come, or go, with a stage of the run.
-  isThere({ spans }) {
+  exists({ spans }) {
     const since = (begin) => begin === null || begin <= this.instant;
     const until = (end) => end === null || this.instant < end;
     return spans.some(([begin, end]) => since(begin) && until(end));

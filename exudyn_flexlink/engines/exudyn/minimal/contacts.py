@@ -28,7 +28,6 @@ from exudyn_flexlink.engines.exudyn.minimal.kinematics import (
     poses,
 )
 from exudyn_flexlink.engines.touching import Laws, rubbing
-from exudyn_flexlink.integrate.complementarity import SOLVED
 from exudyn_flexlink.integrate.problem import Pressing
 from exudyn_flexlink.laws import Impulse, PressingLaw, SpringDamper, SpringTable
 from exudyn_flexlink.mechanism import (
@@ -49,7 +48,7 @@ from exudyn_flexlink.mechanism import (
 )
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.result import Event
-from exudyn_flexlink.rounding import NEGLIGIBLE
+from exudyn_flexlink.rounding import NEGLIGIBLE, SOLVED
 
 NEAR_END = 1e-4  # of the face: a point so near an end is about to leave it
 
@@ -83,7 +82,7 @@ class CurveFollower:
         self._held: tuple[int, float] | None = None  # piece and place at the end of the last step
 
     @property
-    def is_endless(self) -> bool:
+    def is_one_piece(self) -> bool:
         """Whether the curve is one piece: nothing comes to another one."""
         return len(self._curve.pieces) == 1
 
@@ -505,7 +504,7 @@ class TreeContacts:
     def followed(self, k: int) -> list[tuple[CurveFollower | TableFollower, Callable[..., Any]]]:
         """Followers of contact k while it presses, and functions that return what they follow."""
         followers: list[tuple[CurveFollower | TableFollower, Callable[..., Any]]] = []
-        if k in self.curves and not self.curves[k].is_endless:
+        if k in self.curves and not self.curves[k].is_one_piece:
             followers.append((self.curves[k], partial(self._view, k)))
         if k in self.tables:
             followers.append((self.tables[k], partial(self._depth, k)))

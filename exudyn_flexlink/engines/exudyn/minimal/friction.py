@@ -35,12 +35,11 @@ from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.engines.exudyn.minimal.closures import ClosedCoordinates
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeCoordinates, TreeState
 from exudyn_flexlink.engines.exudyn.minimal.rigid import BAUMGARTE, RigidContacts, scaled_inverse
-from exudyn_flexlink.integrate.complementarity import SOLVED
 from exudyn_flexlink.integrate.problem import Evaluation
 from exudyn_flexlink.mechanism import JointFriction, Pin
 from exudyn_flexlink.mechanism.tree import TreeLayout
 from exudyn_flexlink.raising import Sendable
-from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, UNIT_ROUNDING
+from exudyn_flexlink.rounding import NEGLIGIBLE, ROUNDING, SOLVED, UNIT_ROUNDING
 
 LEAST_BOUND = 1e-30  # N m or N: bound of a joint without any force in it
 
