@@ -300,7 +300,8 @@ class BlockRecorder(ABC):
     """Takes every step; keeps samples at `grid` (s, increasing), at events and in contacts.
 
     The contacts are those of `seeker`. While a contact of the scene presses, the ends of steps are
-    kept as samples, too, or every few of them: an even grid misses the peaks of its force.
+    kept as samples, too, or every few of them, and a node in the middle of each step that has
+    stages: an even grid misses the peaks of its force.
     """
 
     ends_kept = 1  # every so many ends of steps in contacts one is kept
@@ -409,6 +410,17 @@ class BlockRecorder(ABC):
         return kept._replace(press=np.maximum(kept.press, 0.0))
 
     # --- steps --------------------------------------------------------------------------------
+
+    def _with_middles(self, steps: Steps, known: Kept) -> Steps:
+        """Count the middle node of each step in which a contact presses as a sample."""
+        pressed = known.pressed[steps.nodes[:, 0], : self._marked].any(axis=1)
+        pressing = np.flatnonzero(pressed & (steps.h > 0))
+        if not len(pressing):
+            return steps
+        samples = np.append(steps.samples, steps.nodes[pressing, steps.nodes.shape[1] // 2])
+        of = np.append(steps.of, pressing)
+        _, order = np.unique(known.t[samples], return_index=True)
+        return steps._replace(samples=samples[order], of=of[order])
 
     def _book(
         self,

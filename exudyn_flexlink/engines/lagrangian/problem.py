@@ -134,7 +134,7 @@ class Recorder(BlockRecorder):
         of = np.repeat(np.arange(len(counts)), counts - len(rows))
         whole = joined(motions)
         known = self._known(whole)
-        steps = Steps(np.array(t), np.array(h), nodes, samples, of)
+        steps = self._with_middles(Steps(np.array(t), np.array(h), nodes, samples, of), known)
         self._book(steps, known, self._rates(whole, known), known.pick(nodes[:, -1]))
 
     def _known(self, motion: Motion) -> Kept:

@@ -158,16 +158,18 @@ class TreeRecorder(BlockRecorder):
             free.append(evaluations[-1].accelerations)
         whole: Evaluation = joined(evaluations)
         known = self.known(whole, np.concatenate(free))
-        rates, steps, ends = self._rates(whole, known), _steps(waiting), state.pick(last)
-        # At ends of steps, too, accelerations and forces are those of the equations.
-        rows = steps.nodes[:, -1]
+        rates, ends = self._rates(whole, known), state.pick(last)
+        steps = self._with_middles(_steps(waiting), known)
+        # At ends of steps and at all samples accelerations and forces are those of the equations.
+        nodes = len(waiting) * (1 + waiting[0].step.method.stages)
+        rows = np.append(steps.nodes[:, -1], steps.samples[steps.samples < nodes])
         solved = whole.pick(rows)
         for column, values in zip(
             known.of_engine, self.known(solved, solved.accelerations).of_engine, strict=True
         ):
             column[rows] = values
         # The last round of a step's iteration moved its end away from the last stage.
-        last_rows = known.pick(rows)
+        last_rows = known.pick(steps.nodes[:, -1])
         which = np.cumsum([len(wait.edges) - 1 for wait in waiting]) - 1
         last_rows.of_engine.x[which], last_rows.of_engine.v[which], last_rows.places[which] = (
             ends.x,
