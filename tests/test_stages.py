@@ -14,6 +14,7 @@ from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
 from exudyn_flexlink.report.check import check_text
+from exudyn_flexlink.report.run import run_text
 from exudyn_flexlink.source import SceneError
 from exudyn_flexlink.storage import load, save
 
@@ -201,6 +202,7 @@ def test_a_stage_that_never_comes_is_told():
     assert result.time[-1] == 2.0
     assert not begins(result)
     assert any("stage 1 never came" in warning for warning in result.warnings)
+    assert "until   " not in run_text(result)
 
 
 def test_a_stage_that_comes_as_the_run_ends_changes_nothing():

@@ -163,6 +163,34 @@ def test_the_torque_of_a_joint_is_that_of_its_drive_and_friction():
     assert friction == pytest.approx(-0.5)
 
 
+CHIMNEY = """
+bodies:
+  lower: {type: rigid, mass: 1, inertia: 0.0208333333333333333, centre_of_mass: [0.25, 0],
+          points: {o: [0, 0], top: [0.5, 0]}}
+  upper: {type: rigid, mass: 2, inertia: 0.1666666666666666667, centre_of_mass: [0.5, 0],
+          points: {foot: [0, 0], tip: [1, 0]}}
+joints:
+  pin: {type: revolute, points: [ground, lower.o], at: [0, 0]}
+  fixed: {type: weld, points: [lower.top, upper.foot]}
+initial: {angles: {lower: 60 deg}}
+gravity: 9.81
+run: {duration: 1, sample: 10 ms}
+accuracy: {tolerance: 1.0e-9}
+"""
+TURNED = ("joints.fixed.points=[upper.foot, lower.top]",)
+
+
+@pytest.mark.parametrize("settings", [(), TURNED])
+def test_a_falling_chimney_breaks_at_the_bending_moment_of_its_weld(settings):
+    """It bends by m g cos(angle) x (L - x)^2 / (4 L^2), most at x = L/3."""
+    sign = -1 if settings else 1
+    result = came(CHIMNEY, f"{-sign:+d}*torque(fixed) - 1.2 N m", *settings)
+    angles = result.poses[:, result.part_names.index("lower"), 2]
+    torque = -sign * 3 * 9.81 * np.cos(angles) * 0.5 * 1.0**2 / (4 * 1.5**2)
+    assert result.drive_torques["fixed (weld)"] == pytest.approx(torque, abs=1e-9)
+    assert torque[-1] == pytest.approx(-sign * 1.2, abs=1e-9)
+
+
 def test_forces_in_loops_and_slots_end_a_run_where_their_columns_say():
     """In the paper's mechanism, of a slot and a sleeve, on its drive and on a pin of the ground."""
     whole = run_model("no_clearance.yaml", *PAPER)
@@ -250,11 +278,19 @@ def test_a_force_that_is_not_unique_is_refused():
     assert "the force in 'pin' is not known: other joints hold the same" in text
 
 
-def test_the_torque_of_a_weld_is_refused_by_name():
-    weld = "joints.fixed={type: weld, points: [rod.tip, end.o]}"
-    end = "bodies.end={type: rigid, mass: 1, inertia: 0.1, points: {o: [0, 0]}}"
-    text = refused(ROD, end, weld, "run.until=torque(fixed) - 1 N m")
-    assert "needs a revolute joint; 'fixed' is of type weld" in text
+def test_the_torque_of_a_slide_is_refused_by_name():
+    text = refused(SLIDER, "run.until=torque(way) - 1 N m")
+    assert "needs a revolute joint or a weld; 'way' is of type prismatic" in text
+
+
+def test_the_torque_of_a_weld_that_another_joint_shares_is_refused():
+    base, fixed, other = (
+        "bodies.base={type: rigid, mass: 1, inertia: 1, points: {o: [0, 0], p: [1, 0]}}",
+        "joints.fixed={type: weld, points: [ground, base.o], at: [0, 0]}",
+        "joints.other={type: weld, points: [ground, base.p], at: [1, 0]}",
+    )
+    text = refused(ROD, base, fixed, other, "run.until=torque(fixed) - 1 N m")
+    assert "the force in 'fixed' is not known: other joints hold the same" in text
 
 
 @pytest.mark.parametrize("formulation", ["redundant", "beam"])

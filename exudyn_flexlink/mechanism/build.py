@@ -702,18 +702,17 @@ def _until(bodies: Bodies) -> Until | None:
     _, formula = bodies.scene.ending
     if formula is None:
         return None
-    drives = bodies.scene.drives.items()
     senses = (
-        Held(
-            sensed.of,
-            sensed.kind == "torque",
-            tuple(name for name, drive in drives if getattr(drive, "joint", None) == sensed.of),
-        )
-        if sensed.kind in OF_JOINTS
-        else _sense(bodies, sensed)
+        _held(bodies, sensed) if sensed.kind in OF_JOINTS else _sense(bodies, sensed)
         for sensed in formula.sensed
     )
     return Until(Formula(formula, bodies.scene.initial.clock), tuple(senses))
+
+
+def _held(bodies: Bodies, sensed: Sensed) -> Held:
+    if sensed.kind == "force":
+        return Held(sensed.of, is_torque=False)
+    return Held(sensed.of, is_torque=True, drives=bodies.scene.turned_by(sensed.of))
 
 
 def _ramp_or_function(value: specs.Value, ramp: float, clock: float) -> Ramp | TimeFunction:

@@ -8,7 +8,7 @@ this one description.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import hypot
 
@@ -31,7 +31,7 @@ from exudyn_flexlink.mechanism.joints import (
     SumStop,
     Weld,
 )
-from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, SpringLaw
+from exudyn_flexlink.mechanism.prescribed import Applied, Formula, Prescribed, Ramp, SpringLaw
 from exudyn_flexlink.rounding import KNOT_TIME
 
 
@@ -170,7 +170,8 @@ class Size:
 class Held:
     """Senses the magnitude of the force (N) in a joint, or the torque (N m) on its second part.
 
-    The torque is that of the joint's friction, and of the drives with the names `drives`.
+    The torque is that of the joint's friction, and of the drives with the names `drives`; that of
+    a weld is told as a drive's, see `opened`.
     """
 
     joint: str
@@ -265,6 +266,23 @@ class Mechanism:
     def attachments(self) -> tuple[Pin | Weld, ...]:
         """Pins and welds, in the order of their constraints."""
         return (*self.pins, *self.welds)
+
+    def opened(self) -> Mechanism:
+        """Return it with a pin in place of each weld whose torque `until` senses.
+
+        A motor holds the pin still, so that its torque is that of the weld.
+        """
+        senses = () if self.until is None else self.until.senses
+        names = {s.joint: s.drives[0] for s in senses if isinstance(s, Held) and s.drives}
+        welds, pins, motors = list[Weld](), list(self.pins), list(self.speed_motors)
+        for weld in self.welds:
+            if weld.name in names:
+                first, second = weld.first, weld.second
+                pins.append(Pin(weld.name, first, second))
+                motors.append(Motor(names[weld.name], first.part, second.part, Ramp(0.0)))
+            else:
+                welds.append(weld)
+        return replace(self, pins=tuple(pins), welds=tuple(welds), speed_motors=tuple(motors))
 
     @property
     def sizes(self) -> list[tuple[str, Size]]:

@@ -207,7 +207,7 @@ def steady_drive(scene: Scene, mechanism: Mechanism) -> Ramp | None:
     None without such a drive: the turns may never be made.
     """
     for motor in mechanism.speed_motors:
-        drive = scene.drives[motor.name]
+        drive = scene.drives.get(motor.name)
         if isinstance(drive, SpeedDrive) and drive.joint == scene.run.of:
             return motor.speed if isinstance(motor.speed, Ramp) else None
     return None

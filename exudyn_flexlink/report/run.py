@@ -389,7 +389,7 @@ def cost_table(result: Result) -> Table:
     checks = result.checks
     steps = f"{checks.steps}, from {checks.smallest_step:.3g} to {checks.largest_step:.3g} s"
     rows = [["simulated time", f"{number(result.outcome.time)} s"]]
-    if result.outcome.until is not None:
+    if result.outcome.until is not None and result.scene.run.until is not None:
         ended = "came to 0, and ended the run" if result.outcome.until else "never came to 0"
         rows.append(["until", f"{result.scene.run.until}: {ended}"])
     if "solve" in result.timings:

@@ -33,7 +33,7 @@ from exudyn_flexlink.scene.contacts import (
     stops_of,
 )
 from exudyn_flexlink.scene.forces import Drive, Gravity, LinearSpring, RopeSpring, Spring
-from exudyn_flexlink.scene.joints import GearJoint, Joint, PrismaticJoint, RevoluteJoint
+from exudyn_flexlink.scene.joints import GearJoint, Joint, PrismaticJoint, RevoluteJoint, WeldJoint
 from exudyn_flexlink.scene.names import Parts, find_mistakes
 from exudyn_flexlink.scene.run import Accuracy, Initial, InitialOrRest, Outputs, Run, Solver
 from exudyn_flexlink.scene.stages import Stage
@@ -151,6 +151,12 @@ class Scene(Part):
         """Unit of a contact's number, by the `unit` at points: at a hinge's stop N becomes N m."""
         stop = self.stops.get(contact)
         return TURNED.get(unit, unit) if stop is not None and stop.turns else unit
+
+    def turned_by(self, joint: str) -> tuple[str, ...]:
+        """Names of the drives of a joint; of a weld the name by which its torque is told."""
+        if isinstance(self.joints[joint], WeldJoint):
+            return (f"{joint} (weld)",)
+        return tuple(n for n, drive in self.drives.items() if getattr(drive, "joint", 0) == joint)
 
     @classmethod
     def from_parts(cls, sections: Mapping[str, Any], document: Document) -> Scene:

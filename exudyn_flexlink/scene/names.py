@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from inspect import isclass
 from itertools import islice
@@ -208,7 +209,8 @@ def _wanted(sensed: Sensed) -> Refers:
     """The kind of part that an expression must name for the quantity it senses."""
     if sensed.axis:
         return Refers("points")
-    kinds = {"speed": DRIVEN, "place": SLIDING, "force": HOLDING}
+    held = replace(REVOLUTE, words="a revolute joint or a weld", kinds=("revolute", "weld"))
+    kinds = {"speed": DRIVEN, "place": SLIDING, "force": HOLDING, "torque": held}
     return kinds.get(sensed.kind, REVOLUTE)
 
 

@@ -123,11 +123,12 @@ def prepare(
 ) -> MinimalRun:
     """Build the tree, the loop and the recorder; SceneError at a dead centre or an early end."""
     mechanism = assembly.mechanism
-    layout = tree_layout(mechanism)
+    opened = replace(assembly, mechanism=mechanism.opened())
+    layout = tree_layout(opened.mechanism)
     end = end_of_run(scene, mechanism)
     events: list[Event] = []
     try:
-        model = MinimalModel(assembly, layout, events, seed=seed)
+        model = MinimalModel(opened, layout, events, seed=seed)
     except DeadCentreError as error:
         hint = "it is a dead centre: start at another angle"
         raise SceneError(scene.document, [Mistake(("joints",), str(error), hint)]) from error
