@@ -36,6 +36,7 @@ def main() -> int:
     if program() is None:
         print("needs a Chromium, and finds none", file=sys.stderr)
         return 2
+    options.out.mkdir(parents=True, exist_ok=True)
     result = (
         fl.simulate(fl.load_scene("no_clearance")) if options.run is None else fl.load(options.run)
     )
