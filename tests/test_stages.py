@@ -13,6 +13,7 @@ from exudyn_flexlink.continuing import continued
 from exudyn_flexlink.effects import idealise, with_impact
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene
+from exudyn_flexlink.observables import joint_force
 from exudyn_flexlink.report.check import check_text
 from exudyn_flexlink.report.run import run_text
 from exudyn_flexlink.source import SceneError
@@ -92,6 +93,8 @@ def test_a_rod_that_is_let_go_flies_on():
     assert result.rates[k, 0, 2] == pytest.approx(3.949530849, abs=2e-8)
     assert np.hypot(*result.joint_forces["pin"][k]) == pytest.approx(16.61335079, abs=2e-7)
     assert np.isnan(result.joint_forces["pin"][k + 1 :]).all()
+    largest = np.linalg.norm(result.joint_forces["pin"][: k + 1], axis=1).max()
+    assert f"to {largest:.5g} N" in repr(joint_force(result, "pin"))
     assert result.time[-1] == pytest.approx(1.183224211, abs=2e-9)
     x, y, angle = result.poses[-1, 0]
     centre = [x + 0.4 * np.cos(angle), y + 0.4 * np.sin(angle)]

@@ -42,7 +42,7 @@ class Force(OverTime):
     ] = None
 
     def __repr__(self) -> str:
-        largest = float(np.abs(self.size).max(initial=0.0))
+        largest = float(np.nanmax(np.abs(self.size), initial=0.0))
         return (
             f"<Force, {self.quantity} of {self.name}: to {largest:.5g} {self.unit}; "
             f"{samples_text(self.time)}>"
