@@ -42,7 +42,8 @@ class Force(OverTime):
     ] = None
 
     def __repr__(self) -> str:
-        largest = float(np.nanmax(np.abs(self.size), initial=0.0))
+        sizes = np.abs(self.size)
+        largest = np.nanmax(sizes, initial=0.0)
         return (
             f"<Force, {self.quantity} of {self.name}: to {largest:.5g} {self.unit}; "
             f"{samples_text(self.time)}>"

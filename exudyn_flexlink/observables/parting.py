@@ -421,9 +421,12 @@ class JointForce(OverTime):
     rate: Annotated[FloatArray | None, RATE] = None
 
     def __repr__(self) -> str:
-        largest = float(np.nanmax(np.linalg.norm(self.force, axis=-1), initial=0.0))
-        torque = None if self.torque is None else np.nanmax(np.abs(self.torque), initial=0.0)
-        turned = "" if torque is None else f", torque to {torque:.5g} N m"
+        sizes = np.linalg.norm(self.force, axis=-1)
+        largest = np.nanmax(sizes, initial=0.0)
+        turned = ""
+        if self.torque is not None:
+            torque = np.nanmax(np.abs(self.torque), initial=0.0)
+            turned = f", torque to {torque:.5g} N m"
         return (
             f"<JointForce of {self.joint}: to {largest:.5g} N{turned}; {samples_text(self.time)}>"
         )
