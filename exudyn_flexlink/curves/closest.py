@@ -44,7 +44,7 @@ class Closest:
         self._closed = curve.closed
         self.at: list[Evaluator] = [evaluator(piece) for piece in curve.pieces]
         self._direct = [_direct(piece) for piece in curve.pieces]
-        self._straight = [isinstance(piece, LineSegment) for piece in curve.pieces]
+        self._speeds = [_even_speed(piece) for piece in curve.pieces]
         self.cornered = any(isinstance(piece, CornerArc) for piece in curve.pieces)
         u, points = curve.samples
         self._x, self._y = points[:, 0].copy(), points[:, 1].copy()
@@ -108,8 +108,9 @@ class Closest:
     def length_to(self, piece: int, u: float) -> float:
         """Arc length (m) of the curve up to a place of a piece, also beyond its ends."""
         begins, lengths = self._marks[piece]
-        if self._straight[piece]:  # the parameter is the arc length
-            return lengths[0] + u - begins[0]
+        speed = self._speeds[piece]
+        if speed is not None:
+            return lengths[0] + speed * (u - begins[0])
         i = max(bisect_right(begins, u) - 1, 0)
         begin, evaluator = begins[i], self.at[piece]
         whole = 0.0
@@ -213,6 +214,15 @@ def _direct(piece: Curve) -> Callable[[float, float, float], float] | None:
             return u if piece.start <= u <= piece.end else near + remainder(angle - near, tau)
 
         return on_circle
+    return None
+
+
+def _even_speed(piece: Curve) -> float | None:
+    """Arc length (m) by the parameter, if it is the same all along the piece; else None."""
+    if isinstance(piece, LineSegment):
+        return 1.0
+    if isinstance(piece, Arc) and piece.semi_axes[0] == abs(piece.semi_axes[1]):
+        return piece.semi_axes[0]
     return None
 
 
