@@ -1,4 +1,5 @@
 from dataclasses import replace
+from functools import cache
 from math import sin
 from pathlib import Path
 
@@ -29,12 +30,14 @@ from exudyn_flexlink.plots import (
     SCREEN,
     comparison,
     coordinates,
+    drawing,
     energy,
     figures,
     forces,
     guide_contact,
     lever,
     mechanism,
+    motion,
     start,
 )
 from exudyn_flexlink.plots.drawing import Labels
@@ -64,6 +67,17 @@ def drawn(rigid):
     return figures(rigid)
 
 
+def written(run, style=SCREEN):
+    """Draw all figures with their words, lines and labels, before layouts are final.
+
+    The layout takes most of the time, and changes none of these.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in ((drawing, "settle"), (motion, "settle"), (drawing, "_name_points")):
+            patch.setattr(module, name, lambda *_: None)
+        return figures(run, style)
+
+
 def labels(figure):
     axes = figure.axes
     return [text for one in axes for text in (one.get_xlabel(), one.get_ylabel()) if text]
@@ -91,7 +105,7 @@ PLAY = ["coordinates", "polar", "mechanism", "guide_contact", "energy", "forces"
     ids=["the paper's", "short", "stopped at once", "pendulum", "without crank", "with clearance"],
 )
 def test_a_run_has_the_figures_that_show_something_with_units(make, names, rigid):
-    drawn = figures(make(rigid))
+    drawn = written(make(rigid))
     assert list(drawn) == names
     for name, figure in drawn.items():
         found = labels(figure)
@@ -147,7 +161,7 @@ def test_title_engine_and_assumptions(rigid, drawn):
 
 
 def test_a_failed_run_says_so_in_red(rigid):
-    for figure in figures(results.stopped(rigid)).values():
+    for figure in written(results.stopped(rigid)).values():
         (note,) = (text for text in texts(figure) if text.get_text().startswith("stopped at t"))
         assert note.get_text() == "stopped at t = 0.5 s: no convergence at the smallest step"
         assert same_color(note.get_color(), "#C00000")
@@ -164,32 +178,38 @@ DOUBTS = {
 }
 
 
+@cache
+def doubtful(kind, style=SCREEN):
+    error, warnings, _ = DOUBTS[kind]
+    return written(replace(results.rigid_link(), error=error, warnings=warnings), style)
+
+
 @pytest.mark.parametrize("style", [SCREEN, PRINT])
 @pytest.mark.parametrize("kind", DOUBTS)
-def test_a_doubtful_run_says_so_in_every_figure_in_red(kind, style, rigid):
-    error, warnings, doubt = DOUBTS[kind]
-    for name, figure in figures(replace(rigid, error=error, warnings=warnings), style).items():
+def test_a_doubtful_run_says_so_in_every_figure_in_red(kind, style):
+    *_, doubt = DOUBTS[kind]
+    for name, figure in doubtful(kind, style).items():
         red = [t.get_text() for t in figure.texts if same_color(t.get_color(), "#C00000")]
         assert " ".join(red) == doubt, name
 
 
-def test_the_foot_has_the_error_that_is_told_not_the_one_that_was_asked_for(rigid):
+def test_the_foot_has_the_error_that_is_told_not_the_one_that_was_asked_for():
     told = {
         "fine": "points off by at most 1e-7 m",
         "off": "points off by at most 1e-06 m up to t = 1.2 s, then by 0.0002 m",
         "parting": "points off by at most 1e-06 m up to t = 1.2 s, then by 0.0002 m up to t = 2 s",
     }
     for kind, foot in told.items():
-        for name, figure in figures(replace(rigid, error=DOUBTS[kind][0])).items():
+        for name, figure in doubtful(kind).items():
             said = " ".join(text.get_text() for text in reversed(figure.texts))
             assert foot in said, name
             assert "tolerance" not in said, name
 
 
-def test_a_line_on_axes_of_time_tells_from_when_on_a_run_is_doubtful(rigid):
+def test_a_line_on_axes_of_time_tells_from_when_on_a_run_is_doubtful():
     """Over the crank's turns it stands where the crank is then."""
     turns = LATE.exceeds_from * results.SPEED / (2 * np.pi)
-    drawn = figures(replace(rigid, error=LATE))
+    drawn = doubtful("off")
     places = {
         "energy": (LATE.exceeds_from, 2),
         "lever": (LATE.exceeds_from, 1),
@@ -236,20 +256,15 @@ def looks_of(figure):
     ]
 
 
-@pytest.fixture(scope="module")
-def plain(rigid, tilting):
-    return drawn_with("default", rigid, tilting)
-
-
-@pytest.mark.parametrize("look", ["dark_background", "ggplot", "a file"])
-def test_figures_look_the_same_whatever_style_is_in_use(look, plain, rigid, tilting):
-    if look == "a file":  # such as a matplotlibrc
-        Path("own.mplstyle").write_text("text.color: white\nfont.size: 4\nlines.linewidth: 9\n")
-        look = "./own.mplstyle"
-    drawn, frame = drawn_with(look, rigid, tilting)
-    for name, figure in plain[0].items():
+def test_figures_look_the_same_whatever_style_is_in_use(rigid, tilting):
+    """Of three styles in use together, one is a file, such as a matplotlibrc."""
+    Path("own.mplstyle").write_text("text.color: white\nfont.size: 4\nlines.linewidth: 9\n")
+    looks = ["ggplot", "dark_background", "./own.mplstyle"]
+    usual = drawn_with("default", rigid, tilting)
+    drawn, frame = drawn_with(looks, rigid, tilting)
+    for name, figure in usual[0].items():
         assert looks_of(drawn[name]) == looks_of(figure), name
-    assert np.array_equal(frame, plain[1])
+    assert np.array_equal(frame, usual[1])
 
 
 def test_a_figure_that_its_user_writes_has_a_white_page_whatever_is_usual(rigid):
@@ -271,7 +286,7 @@ def test_in_dark_axes_of_the_users_nothing_is_drawn_in_black(rigid):
 
 
 def test_a_name_of_300_letters_leaves_a_figure_its_room():
-    run = simulate(results.scene_from(CART.replace("cart", "c" * 300)))
+    run = simulate(results.scene_from(CART.replace("cart", "c" * 300)), measure=False)
     drawn = {**figures(run), "start": start(run.scene, assemble_scene(run.scene))}
     for name, figure in drawn.items():
         figure.draw_without_rendering()
@@ -417,9 +432,9 @@ def test_a_crank_that_goes_back_is_drawn_over_time(rigid):
     poses = rigid.poses.copy()
     turn = np.sin(np.linspace(0, 20, len(rigid.time)))
     poses[:, 0, 2] = 8 * turn
-    drawn = figures(replace(rigid, poses=poses))
-    for name in ("coordinates", "forces"):
-        assert "time (s)" in words(drawn[name]).splitlines(), name
+    for draw in (coordinates, forces):
+        figure = draw(replace(rigid, poses=poses))
+        assert "time (s)" in words(figure).splitlines(), draw.__name__
 
 
 def test_a_run_without_a_crank_is_drawn_over_seconds():

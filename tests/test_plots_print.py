@@ -47,8 +47,8 @@ def test_figures_of_one_run_are_the_same_files_in_all_formats(rigid):
     written = []
     for folder in (Path("a"), Path("b")):
         folder.mkdir()
-        files = save_figure(lever(rigid), folder, "lever", FIGURE_FORMATS)
-        assert [file.name for file in files] == [f"lever.{suffix}" for suffix in FIGURE_FORMATS]
+        files = save_figure(polar(rigid), folder, "polar", FIGURE_FORMATS)
+        assert [file.name for file in files] == [f"polar.{suffix}" for suffix in FIGURE_FORMATS]
         written.append([file.read_bytes() for file in files])
     assert written[0] == written[1]
     for suffix, content in zip(FIGURE_FORMATS, written[0], strict=True):
@@ -73,19 +73,18 @@ def test_plot_writes_what_is_asked_for(rigid, monkeypatch):
 
 
 RUNS = {
-    "the paper's": lambda rigid, _: rigid,
-    "parting": lambda _, parting: parting,
-    "with clearance": lambda *_: results.tilting_link(),
-    "pendulum": lambda *_: results.pendulum(),
-    "without crank": lambda *_: results.slider(),
+    "the paper's, parting": lambda parting: parting,
+    "with clearance": lambda _: results.tilting_link(),
+    "pendulum": lambda _: results.pendulum(),
+    "without crank": lambda _: results.slider(),
 }
 
 
 @pytest.mark.parametrize("style", [SCREEN, PRINT])
 @pytest.mark.parametrize("make", RUNS.values(), ids=RUNS)
-def test_nothing_is_cut_off_and_legends_cover_no_data(make, style, rigid, parting):
+def test_nothing_is_cut_off_and_legends_cover_no_data(make, style, parting):
     """In print a figure is a column wide, with large letters and without title, too."""
-    run = make(rigid, parting)
+    run = make(parting)
     for name, figure in figures(run, style).items():
         said = words(figure)
         if run is parting:

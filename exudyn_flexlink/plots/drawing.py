@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import ceil, pi
+from math import ceil, inf, pi
+from operator import itemgetter
 from typing import Any
 
 import matplotlib as mpl
@@ -468,16 +469,18 @@ class Labels:
         )  # fmt: skip
         shown.set_in_layout(False)
         half = np.array(shown.get_window_extent().size) / 2
-        lines = []
+        best = inf, half, Bbox.unit()
         for far, turn in product(FARTHER, range(DIRECTIONS)):
+            least = OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
+            if least >= best[0]:
+                break  # it grows from place to place: no later one costs less
             angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * pi / DIRECTIONS
             away = np.array([np.cos(angle), np.sin(angle)])
             # The distance is half the size of the name in that direction, and a gap.
             middle = LABEL_DISTANCE * self._pixels * far * away + half * away
             box = Bbox([spot + middle - half, spot + middle + half])
-            cost = self._hidden(box) + OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
-            lines.append((cost, middle, box))
-        _, middle, box = min(lines, key=lambda line_of: line_of[0])
+            best = min(best, (least + self._hidden(box), middle, box), key=itemgetter(0))
+        _, middle, box = best
         shown.set_position(tuple(middle / self._pixels))
         self._taken.append(box.padded(APART * self._pixels))
 
