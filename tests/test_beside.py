@@ -15,7 +15,7 @@ from exudyn_flexlink.engines import LateInterruptError, interrupts, measured, si
 from exudyn_flexlink.engines.interrupts import Beside
 from exudyn_flexlink.loading import load_scene
 
-SHORT = ["run.turns=0.3", "bodies.link.rods=3"]
+SHORT = ["run.turns=0.1", "bodies.link.rods=3"]
 
 
 @pytest.fixture

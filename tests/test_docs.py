@@ -211,7 +211,11 @@ def test_the_model_of_the_readme_runs():
 
 @pytest.mark.parametrize("path", TUTORIAL, ids=lambda path: path.stem)
 def test_each_step_of_the_tutorial_runs(path):
-    result = simulate(load_scene(path, ["run.turns=0.6"]), measure=False)
+    """With 3 rods for 10, with which the tests of the engines run the models of the paper."""
+    scene, fewer = load_scene(path), ["bodies.link.rods=3"]
+    flexible = scene.bodies["link"].type == "flexible" if "link" in scene.bodies else False
+    settings = ["run.turns=0.6", *(fewer if flexible else [])]
+    result = simulate(load_scene(path, settings), measure=False)
     assert result.outcome.completed
     if "clearance" not in path.stem:  # there a warning may tell of errors that touches multiply
         assert not result.warnings
