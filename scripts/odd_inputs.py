@@ -142,8 +142,8 @@ def doors(of: SimpleNamespace) -> Iterator[Door]:  # noqa: PLR0915
         **own, **run, **laps, "tolerance": ("length?", None), "twice": ("flag", False)}
     yield "lyapunov", fl.lyapunov, {**own, "laps": ("count", 1)}
     yield "bifurcation", fl.bifurcation, {
-        **own, "values": ("values", [9.0]), "path": ("name", "drives.motor.value"), **run,
-        **laps, **kept, **work}
+        "scene": ("scene", of.tight), "values": ("values", [9.0]),
+        "path": ("name", "drives.motor.value"), **run, **laps, **kept, **work}
     yield "Stability.plot", study.plot, {"style": ("blind", "screen")}
     yield "Stability.save", study.save, {"folder": ("blind", "out"), "force": ("blind", False)}
     yield "Branches.plot", branches.plot, {"axis": ("blind", "x"), "style": ("blind", "screen")}
@@ -198,9 +198,11 @@ def things() -> SimpleNamespace:
         Path(own).write_text("of the user", encoding="utf-8")
     compared = fl.compare(result, result, names=("a", "b"))
     redundant = scene.with_({"solver.formulation": "redundant"})
+    tight = fl.load_scene("rigid", tolerance=1e-4, turns=0.02)  # its laps take no time
     axes = plt.figure().add_subplot()
     return SimpleNamespace(
         scene=scene, result=result, table=table, compared=compared, redundant=redundant,
+        tight=tight,
         film=result.animate(), axes=axes,
     )  # fmt: skip
 

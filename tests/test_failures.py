@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import results
-from cli_runs import BARE, NO_CLEARANCE, ROOT
+from cli_runs import BARE, NO_CLEARANCE, RIGID, ROOT
 from results import rigid_link
 
 from exudyn_flexlink import engines, storage
@@ -150,8 +150,8 @@ def test_places_that_can_not_be(place, capsys, monkeypatch):
 def test_an_output_that_is_full_or_closed():
     command = f"'{sys.executable}' -m exudyn_flexlink"
     for line, code, said in [
-        (f"{command} check '{SMOOTH}' > /dev/full", 1, "can't write to the output: No space left"),
-        (f"{command} check '{SMOOTH}' >&- 2>&-", 0, ""),
+        (f"{command} check '{RIGID}' > /dev/full", 1, "can't write to the output: No space left"),
+        (f"{command} check '{RIGID}' >&- 2>&-", 0, ""),
         (f"{command} check nowhere.yaml 2> /dev/full", 2, ""),
         (f"{command} dance 2> /dev/full", 2, ""),
         (f"{{ {command} check nowhere.yaml 3>&1 1>&2 2>&3 | true; }}", 2, ""),

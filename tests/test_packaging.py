@@ -83,13 +83,14 @@ def test_the_wheel_brings_all_and_a_model_of_it_is_copied_and_run_anywhere(insta
     player = Path("exudyn_flexlink") / "animation" / "player"
     there, brought = ({path.name for path in (top / player).iterdir()} for top in (ROOT, installed))
     assert there == brought
-    told = run(installed, tmp_path, "-m", "exudyn_flexlink", "new", "textbook/whitworth")
+    told = run(installed, tmp_path, "-m", "exudyn_flexlink", "new", "textbook/pendulum_on_stop")
     printed = [line.split() for line in told.splitlines() if " -m exudyn_flexlink " in line]
-    assert [words[-2:] for words in printed] == [["check", "whitworth.yaml"],
-                                                 ["simulate", "whitworth.yaml"]]  # fmt: skip
+    assert [words[-2:] for words in printed] == [["check", "pendulum_on_stop.yaml"],
+                                                 ["simulate", "pendulum_on_stop.yaml"]]  # fmt: skip
     check, simulate = (words[words.index("-m") :] for words in printed)
     assert run(installed, tmp_path, *check)
+    simulate += ["--set=run.duration=0.1", "--out=made"]
     assert run(installed, tmp_path, *simulate, "--report")  # its templates are in the wheel
-    made = tmp_path / "runs" / "whitworth"
+    made = tmp_path / "made"
     assert (made / "mechanism.png").is_file()
-    assert "Whitworth" in (made / "report.html").read_text(encoding="utf-8")
+    assert "A pendulum on a stop" in (made / "report.html").read_text(encoding="utf-8")
