@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.text import Text
+from small_scenes import PENDULUM, scene_from
 
 from exudyn_flexlink.engines.touching import HERMITE, ExtremeSeeker
-from exudyn_flexlink.loading import load_scene, scene_of
+from exudyn_flexlink.loading import load_scene
 from exudyn_flexlink.mechanism import (
     EnergyMeter,
     approach,
@@ -29,7 +30,6 @@ from exudyn_flexlink.result import (
     Result,
     SleeveHistory,
 )
-from exudyn_flexlink.source import parse_document
 from exudyn_flexlink.storage import save, staged_folder
 
 MODEL = Path(__file__).parents[1] / "models" / "no_clearance.yaml"
@@ -44,18 +44,6 @@ def solved_to(tolerance: float | None) -> EngineSettings:
     """Settings of a run to a tolerance (m)."""
     return EngineSettings(Integrator("any", 9, tolerance=tolerance))
 
-
-PENDULUM = """title: pendulum
-materials:
-  steel: {density: 7850, youngs_modulus: 200 GPa}
-bodies:
-  rod: {type: rod, length: 0.2, material: steel, section: {width: 10 mm, thickness: 2 mm}}
-joints:
-  pin: {type: revolute, points: [ground, rod.start], at: [0.1, 0]}
-gravity: [0, -9.81]
-run: {duration: 1}
-accuracy: {tolerance: 1.0e-5}
-"""
 
 SLIDER = """title: a rigid block in a straight slot
 curves:
@@ -93,10 +81,6 @@ def put(result, folder):
     """Write a result to its place, as the program does."""
     with staged_folder(Path(folder)) as staged:
         save(result, staged)
-
-
-def scene_from(text):
-    return scene_of(parse_document(text, "test"))
 
 
 def guide_distance(scene, theta):

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from results import PENDULUM, scene_from
+from small_scenes import PENDULUM, scene_from
 
 from exudyn_flexlink.source import Document
 from exudyn_flexlink.sweeps import grid, planned, work_of

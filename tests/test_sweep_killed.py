@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 from folders import posix
-from results import PENDULUM, pendulum, scene_from
+from results import pendulum
+from small_scenes import PENDULUM, scene_from
 from sweep_runs import LENGTH, Length, plan_of, work
 
 import exudyn_flexlink as fl
@@ -23,7 +24,7 @@ SCRIPT = f"""
 import sys
 from pathlib import Path
 sys.path[:0] = [{str(Path(__file__).parent)!r}]
-from results import PENDULUM, scene_from
+from small_scenes import PENDULUM, scene_from
 from sweep_runs import LENGTH, Length
 import exudyn_flexlink as fl
 
