@@ -16,6 +16,12 @@ from exudyn_flexlink.report.text import lines_of, number
 MASS_PER_LENGTH = 7850 * 10e-3 * 0.5e-3  # kg/m, of the link
 
 
+@pytest.fixture(autouse=True)
+def closed_this_way(monkeypatch):
+    """Search no other ways to close the joints, which takes most of a check; elsewhere they are."""
+    monkeypatch.setattr("exudyn_flexlink.report.parts.other_ways", lambda *_: [])
+
+
 def model(name, *settings):
     return load_scene(MODELS / f"{name}.yaml", settings)
 
