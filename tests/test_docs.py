@@ -211,8 +211,8 @@ def test_the_model_of_the_readme_runs():
 
 @pytest.mark.parametrize("path", TUTORIAL, ids=lambda path: path.stem)
 def test_each_step_of_the_tutorial_runs(path):
-    """With 3 rods for 10, with which the tests of the engines run the models of the paper."""
-    scene, fewer = load_scene(path), ["bodies.link.rods=3"]
+    """With 2 rods for 10, with which the tests of the engines run the models of the paper."""
+    scene, fewer = load_scene(path), ["bodies.link.rods=2"]
     flexible = scene.bodies["link"].type == "flexible" if "link" in scene.bodies else False
     settings = ["run.turns=0.6", *(fewer if flexible else [])]
     result = simulate(load_scene(path, settings), measure=False)

@@ -36,13 +36,15 @@ socket.getaddrinfo = lambda *_, **__: os._exit(99)
 """
 """What Python imports by itself as it starts, as `sitecustomize`."""
 IN_ONE_PROCESS = """
-import json, sys
+import json, math, sys
 from exudyn_flexlink import plots
 from exudyn_flexlink.animation import writing
 from exudyn_flexlink.cli import main
+from exudyn_flexlink.engines import interrupts
 
 writing.GIF_FPS = writing.VIDEO_FPS = 2.0
-for name in set(plots.FIGURES) - {"energy"}:
+interrupts.SURE = math.inf  # s: no second run in a process of its own, which imports all anew
+for name in set(plots.FIGURES) - {"coordinates"}:
     del plots.FIGURES[name]
 for words in json.loads(sys.argv[1]):
     if main(words) != 0:

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import signal
+from functools import cache
 from pathlib import Path
 
 import results
@@ -22,6 +23,11 @@ NEW = {
     "trajectory_rod.end.csv",
 }
 PRINTED = ("summary.json", "trajectory_link.end.csv", "lever_lever.csv")  # of the old run
+
+
+@cache
+def new_run():
+    return results.pendulum()
 
 
 def replaced_but_killed(calls, save=storage.save):
@@ -43,7 +49,7 @@ def replaced_but_killed(calls, save=storage.save):
             return call
 
         with staged_folder(Path("o")) as folder:
-            save(results.pendulum(), folder)
+            save(new_run(), folder)
             os.replace = counted(os.replace)
             Path.unlink, Path.rmdir = counted(Path.unlink), counted(Path.rmdir)
         os._exit(0)
@@ -56,6 +62,7 @@ def test_a_process_that_is_killed_leaves_the_old_run_or_the_new_one():
     results.put(rigid_link(samples=51), "old")
     mine("old/data/measured.csv", "old/notes.txt")
     old, titles = tree("old"), []
+    new_run()  # before processes are forked
     for calls in range(100):
         shutil.copytree("old", "o")
         killed = replaced_but_killed(calls)
@@ -70,7 +77,7 @@ def test_a_process_that_is_killed_leaves_the_old_run_or_the_new_one():
             assert all(there[name] == old[name] for name in PRINTED if name in there)
             assert "trajectory_rod.end.csv" not in there
         assert there["data/measured.csv"] == there["notes.txt"] == b"mine"
-        results.put(results.pendulum(), "o")  # the next run is not blocked
+        results.put(new_run(), "o")  # the next run is not blocked
         assert set(tree("o")) == NEW | {"data/measured.csv", "notes.txt"}
         shutil.rmtree("o")
         if not killed:
@@ -107,7 +114,7 @@ def compared(result, folder):
 @posix
 def test_a_comparison_that_is_killed_keeps_whole_runs():
     """No document is beside runs that it does not tell of, and each run is the old or the new."""
-    old, new = rigid_link(samples=51), results.pendulum()
+    old, new = rigid_link(samples=51), new_run()
     with staged_folder(Path("old")) as folder:
         compared(old, folder)
     mine("old/exudyn/notes.txt")
