@@ -26,6 +26,14 @@ def pytest_xdist_auto_num_workers(config):
     return 0 if config.option.file_or_dir or cores in (None, 1) else min(cores, MOST_WORKERS)
 
 
+LONGEST = ("test_printed_commands", "test_packaging", "test_second_day", "test_verification")
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with files of long tests, lest the last of them keeps one core busy at the end."""
+    items.sort(key=lambda item: item.path.stem not in LONGEST)
+
+
 @pytest.fixture(scope="session")
 def study():
     """Return a study of a world in which all goes well."""

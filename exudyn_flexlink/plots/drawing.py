@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import ceil, inf, pi
-from operator import itemgetter
 from typing import Any
 
 import matplotlib as mpl
@@ -471,18 +470,16 @@ class Labels:
         half = np.array(shown.get_window_extent().size) / 2
         best = inf, half, Bbox.unit()
         for far, turn in product(FARTHER, range(DIRECTIONS)):
-            least = OF_DISTANCE * (far - 1 + turn / DIRECTIONS)
-            if least >= best[0]:
+            if (least := OF_DISTANCE * (far - 1 + turn / DIRECTIONS)) >= best[0]:
                 break  # it grows from place to place: no later one costs less
             angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * pi / DIRECTIONS
             away = np.array([np.cos(angle), np.sin(angle)])
             # The distance is half the size of the name in that direction, and a gap.
             middle = LABEL_DISTANCE * self._pixels * far * away + half * away
             box = Bbox([spot + middle - half, spot + middle + half])
-            best = min(best, (least + self._hidden(box), middle, box), key=itemgetter(0))
-        _, middle, box = best
-        shown.set_position(tuple(middle / self._pixels))
-        self._taken.append(box.padded(APART * self._pixels))
+            best = min(best, (least + self._hidden(box), middle, box), key=lambda place: place[0])
+        shown.set_position(tuple(best[1] / self._pixels))
+        self._taken.append(best[2].padded(APART * self._pixels))
 
     def _hidden(self, box: Bbox) -> float:
         """Return the cost of a box for a name: what it hides, and its part outside the axes."""
