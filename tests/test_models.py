@@ -9,6 +9,7 @@ import pytest
 from exudyn_flexlink.cli import main
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.loading import assemble_scene, load_scene
+from exudyn_flexlink.mechanism import equilibrium
 from exudyn_flexlink.observables import State, contact_states, crank_angle, path
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.shipped import model_names, models_folder
@@ -26,8 +27,12 @@ def test_the_schema_file_is_current():
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_it_moves_and_check_describes_it(path, capsys):
-    """Its first line names the schema that editors use; it says where its numbers come from."""
+def test_it_moves_and_check_describes_it(path, capsys, monkeypatch):
+    """Its first line names the schema that editors use; it says where its numbers come from.
+
+    Three searches for other ways to close do what 24 do here: most of the time would be theirs.
+    """
+    monkeypatch.setattr(equilibrium, "STARTS", 3)
     scene = load_scene(path)
     assert scene.source
     assembly = assemble_scene(scene)

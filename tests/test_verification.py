@@ -68,9 +68,7 @@ CHEAPER = {"four_bar_clearance": cheaper}
 def verified(file):
     benchmark = read_benchmark(file)
     runs = [CHEAPER.get(benchmark.name, lambda run: run)(run) for run in benchmark.runs]
-    return [
-        judged(benchmark, one, simulate(one.scene, one.engine, measure=False)) for one in runs
-    ]
+    return [judged(benchmark, one, simulate(one.scene, one.engine, measure=False)) for one in runs]
 
 
 @pytest.mark.parametrize("name", sorted(set(benchmark_files()) - {"cantilever"}))
