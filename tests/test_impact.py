@@ -23,7 +23,8 @@ from exudyn_flexlink.source import SceneError
 MODEL = MODELS / "no_clearance.yaml"
 SHORT = ("run.turns=0.54", "bodies.link.rods=5", "bodies.link.hinges.stiffness=beam")
 TIGHT = "accuracy.tolerance=1e-7"
-LATE = ("initial.angles.guide=165 deg", "run.turns=0.09")  # the strike is at 180 deg
+LATE = ("initial.angles.guide=176 deg", "run.turns=0.059")  # the strike is at 180 deg
+EARLIER = ("initial.angles.guide=172 deg", "run.turns=0.07")
 
 
 class Ball:
@@ -104,11 +105,17 @@ def impulse_scene(restitution, *settings, model=MODEL):
     return load_scene(model, [law, *SHORT, TIGHT, *settings])
 
 
-@pytest.mark.parametrize("model", ["no_clearance.yaml", "clearance.yaml"])
-def test_each_impact_balances_momentum_and_energy(model):
+@pytest.mark.parametrize(
+    ("model", "late"),
+    [
+        ("no_clearance.yaml", ("initial.angles.guide=175 deg", "run.turns=0.06")),
+        # In its guide the link rattles first.
+        ("clearance.yaml", ("initial.angles.guide=150 deg", "run.turns=0.13")),
+    ],
+)
+def test_each_impact_balances_momentum_and_energy(model, late):
     """Before and after: M dv = G p, kinetic energy with the drive's work, and -e v_a = v_s."""
-    late = "initial.angles.guide=150 deg", "run.turns=0.13"  # in its guide the link rattles first
-    run = prepare(impulse_scene(0.5, "bodies.link.rods=3", *late, model=MODELS / model))
+    run = prepare(impulse_scene(0.5, "bodies.link.rods=2", *late, model=MODELS / model))
     problem, states = run.problem, []
     jump = problem.impacts._jump
 
@@ -140,26 +147,30 @@ def test_each_impact_balances_momentum_and_energy(model):
         assert hit.approach_speed == pytest.approx(-g @ v, rel=1e-12)
 
 
-@pytest.mark.parametrize(("restitution", "grown"), [(0.0, 1), (0.5, 1), (1.0, 100)])
-def test_both_engines_bounce_alike_and_as_the_law_says(restitution, grown):
-    """Every impact, and every contact that lasts; 102 elastic impacts in a row multiply errors."""
-    judge = simulate(impulse_scene(restitution, *LATE), "lagrangian")
-    ours = simulate(impulse_scene(restitution, *LATE, "accuracy.tolerance=1e-9"))
+@pytest.mark.parametrize(
+    ("restitution", "rods", "start", "count"),
+    [(0.0, 3, EARLIER, 4), (0.5, 5, LATE, 40), (1.0, 3, LATE, 10)],
+)
+def test_both_engines_bounce_alike_and_as_the_law_says(restitution, rods, start, count):
+    """Every impact, and every contact that lasts."""
+    settings = *start, f"bodies.link.rods={rods}"
+    judge = simulate(impulse_scene(restitution, *settings), "lagrangian")
+    ours = simulate(impulse_scene(restitution, *settings, "accuracy.tolerance=1e-9"))
     as_the_law_says(judge, restitution)
     expected, found = (result.contacts["strike"].touches for result in (judge, ours))
-    assert len(expected) == len(found) > 5
+    assert len(expected) == len(found) == count
     allowed = {"begin": 1e-10, "end": 1e-9, "place": 1e-9, "approach_speed": 2e-7,
                "separation_speed": 2e-7, "impulse": 1e-9, "energy_lost": 1e-10,
                "motor_work": 1e-12}  # fmt: skip
     for column, error in allowed.items():
         a, b = getattr(found, column), getattr(expected, column)
-        np.testing.assert_allclose(a, b, rtol=0, atol=error * grown, err_msg=column)
+        np.testing.assert_allclose(a, b, rtol=0, atol=error, err_msg=column)
     np.testing.assert_allclose(found.peak_force, expected.peak_force, rtol=1e-4)  # inf: an impact
     np.testing.assert_array_equal(found.slides_off, expected.slides_off)
     assert [event.kind for event in ours.events] == [event.kind for event in judge.events]
     a, b = (lever_response(result, "strike") for result in (ours, judge))
-    assert a.least[0] == pytest.approx(b.least[0], abs=1e-9 * grown)
-    assert a.greatest[0] == pytest.approx(b.greatest[0], abs=1e-9 * grown)
+    assert a.least[0] == pytest.approx(b.least[0], abs=1e-9)
+    assert a.greatest[0] == pytest.approx(b.greatest[0], abs=1e-9)
     assert ours.checks.energy_residual < 1e-8 * ours.checks.largest_kinetic_energy
 
 

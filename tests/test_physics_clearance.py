@@ -21,7 +21,7 @@ joints:
   sleeve: {{type: sleeve, guide: guide, link: link, clearance: 2 mm,
            law: {{stiffness: 1.0e5, restitution: 0.5, friction: {friction}}}}}
 initial: {{speeds: {{guide: 10, link: 14}}, velocities: {{link: [0.1, 0.05]}}}}
-run: {{duration: 0.2}}
+run: {{duration: 0.1}}
 accuracy: {{tolerance: 4.0e-5}}
 """
 
@@ -117,13 +117,13 @@ def test_soft_walls_are_warned_of_and_too_soft_ones_stop_the_run(engine):
 
 def test_a_closing_clearance_tends_to_the_supported_link():
     """S of 0.5 mm and of 0.05 mm, before the strike, against rods held on the axis."""
-    common = ["bodies.link.rods=4", "run={duration: 0.3, sample: 1 ms}"]
+    common = ["bodies.link.rods=4", "run={duration: 0.15, sample: 1 ms}"]
     ends = {}
     for clearance in (5e-4, 5e-5):
         settings = [*common, f"joints.sleeve.clearance={clearance}"]
         ends[clearance] = simulate(load_scene(MODELS / "clearance.yaml", settings))
     held = simulate(load_scene(MODELS / "supported.yaml", common))
-    times = np.arange(0, 0.3, 1e-3)
+    times = np.arange(0, 0.15, 1e-3)
 
     def end(result):
         at = np.searchsorted(result.time, times - 1e-9)
@@ -131,18 +131,18 @@ def test_a_closing_clearance_tends_to_the_supported_link():
 
     wide, narrow = (np.linalg.norm(end(ends[c]) - end(held), axis=1).max() for c in (5e-4, 5e-5))
     assert narrow < 0.25 * wide
-    assert wide < 10 * 5e-4
+    assert wide < 3.5 * 5e-4
 
 
 def test_the_link_stays_in_its_guide_at_high_speed():
     """Walls give way as deep in both engines."""
-    settings = ["bodies.link.rods=3", "drives.motor.value=100", "run.turns=1"]
-    scene = load_scene(MODELS / "clearance.yaml", [*settings, "accuracy.tolerance=1e-8"])
+    settings = ["bodies.link.rods=2", "drives.motor.value=100", "run.turns=1"]
+    scene = load_scene(MODELS / "clearance.yaml", [*settings, "accuracy.tolerance=1e-7"])
     one, other = (simulate(scene, engine) for engine in ("exudyn", "lagrangian"))
     assert one.outcome.completed
     assert other.outcome.completed
     deepest = one.sleeves["sleeve"].deepest
-    assert 1e-4 < deepest == pytest.approx(other.sleeves["sleeve"].deepest, abs=1e-8)
+    assert 1e-4 < deepest == pytest.approx(other.sleeves["sleeve"].deepest, abs=1e-11)
 
 
 def test_what_is_zero_by_rounding_is_no_touch():

@@ -150,7 +150,7 @@ def test_a_contact_is_resolved_whatever_the_fixed_step():
 
     What is left, 1.4e-5 m, is that of 60 steps for the strike.
     """
-    rigid, short = MODELS / "rigid.yaml", ("initial.angles.guide=150 deg", "run.turns=0.18")
+    rigid, short = MODELS / "rigid.yaml", ("initial.angles.guide=170 deg", "run.turns=0.125")
     right = simulate(load_scene(rigid, [*short, "accuracy.tolerance=1e-8"]))
     for step in (2e-4, 1e-4, 5e-5, 3.2e-5):
         run = simulate(load_scene(rigid, [*short, f"accuracy.step={step}"]))
