@@ -83,7 +83,7 @@ def test_both_engines_with_ten_rods():
 
 
 def test_the_lever_at_the_accuracy_the_model_ships_with():
-    response = lever_response(run("exudyn", "run={duration: 0.42}"), "strike")
+    response = lever_response(run("exudyn", "run={duration: 0.42, sample: 1 ms}"), "strike")
     assert response.least[0] == pytest.approx(-0.14155, abs=4e-4)
     assert response.greatest[0] == pytest.approx(0.10322, rel=3e-3)
 

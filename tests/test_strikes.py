@@ -125,7 +125,7 @@ def test_creeping_off_a_face_is_told_where_it_is_off():
     Known by a run a hundred times as accurate. Begun at 179 deg, 8 deg before the lever springs
     back, runs are short enough for samples to follow its 40 Hz.
     """
-    late = "initial.angles.guide=179 deg", "run={turns: 0.024, of: crank, sample: 5 ms}"
+    late = "initial.angles.guide=179 deg", "run={turns: 0.024, of: crank, sample: 20 ms}"
     exact = slow(SLOW, "lagrangian", "accuracy.tolerance=1e-8", *late)
     for engine in ("exudyn", "lagrangian"):  # not two tests: both need the one exact run
         result = measured(slow(SLOW, engine, *late))
