@@ -54,7 +54,7 @@ def test_the_bearing_holds_the_weight_of_what_has_come_to_rest(formulation):
     damped = "joints.hollow.law.restitution=0.2", "joints.hollow.law.transition_speed=0.2"
     soft = "joints.hollow.law.stiffness=1.0e4", "joints.hollow.clearance=0.01"
     settings = *damped, *soft, f"solver.formulation={formulation}", "accuracy.tolerance=1.0e-6"
-    result = alone(HOLLOW, *settings, "run.duration=4")
+    result = alone(HOLLOW, *settings, "run.duration=1.5")
     bearing = result.bearings["hollow"]
     assert bearing.gap[-1] == pytest.approx(-G / (1e4 * (1 + 0.2**2) / 2), rel=1e-3)
     # The ground is the second point's body: it is pushed down.
@@ -303,7 +303,7 @@ curves: {{rim: {{type: circle, centre: [0, 0], radius: {radius}, on: lower}}}}
 contacts: {{rims: {{{shape}, law: {{stiffness: 1.0e5, restitution: 0.3, friction: 0.3}}}}}}
 gravity: [0, -9.81]
 initial: {{positions: {{fork: [0, {height}]}}, speeds: {{wheel: 3, lower: 20}}}}
-run: {{duration: 1}}
+run: {{duration: 0.5}}
 accuracy: {{tolerance: 1.0e-7}}
 """
 ON, IN = "radius: 0.05", "radius: 0.25, inside: true"  # the lower circle: a wheel, a ring
@@ -372,10 +372,10 @@ joints:
     law: {{stiffness: 2.0e5, restitution: 0, transition_speed: 0.1, friction: 0.1}}
 gravity: [0, -9.81]
 initial: {{speeds: {{rotor: 100}}}}
-run: {{duration: 1}}
+run: {{duration: 0.4}}
 accuracy: {{tolerance: 1.0e-6}}
 """
     result = alone(text, f"solver.formulation={formulation}")
-    late = result.time > 0.5
+    late = result.time > 0.2
     rate = np.polyfit(result.time[late], speed(result, "rotor")[late], 1)[0]
     assert rate == pytest.approx(-0.1 * 2 * G * 0.02 / 0.01, rel=0.1**2 / 2 + 1e-3)
