@@ -21,6 +21,7 @@ run: {duration: 3}
 accuracy: {tolerance: 1.0e-8}
 """
 HANGING = BOB + "gravity: [0, -9.81]\n"
+HALF = "run.duration=1.5"
 REDUNDANT = ("accuracy.tolerance=1e-5", "solver.formulation=redundant")
 BOTH = pytest.mark.parametrize(
     ("settings", "off"), [((), 1e-8), (REDUNDANT, 1e-5)], ids=["minimal", "redundant"]
@@ -175,7 +176,7 @@ PUSHES = "a: {type: torque, joint: pivot, value: 28}, " \
 def test_torques_at_one_joint_add_beside_a_spring(settings, off):
     """J w'' + d w' + k (w - w0) = 28 - 2 w': of the damped oscillator with both dampers in it."""
     spring = "springs: {s: {type: torsional, joint: pivot, stiffness: 40, damping: 1}}\n"
-    result = run(f"{BOB}{spring}drives: {{{PUSHES}}}\n", *settings)
+    result = run(f"{BOB}{spring}drives: {{{PUSHES}}}\n", *settings, HALF)
     decay, t = 3 / (2 * J), result.time
     swing = np.sqrt(40 / J - decay**2)
     turned = 0.7 * (
@@ -194,7 +195,7 @@ def test_a_motor_takes_what_torques_beside_it_leave(settings, off, first):
     """J theta'' + m g a cos(theta) is the sum of all, and each supplies its own work."""
     motor = "m: {type: motion, joint: pivot, value: 0.3 + 0.4*sin(4*t)}"
     drives = f"{motor}, {PUSHES}" if first else f"{PUSHES}, {motor}"
-    result = run(f"{HANGING}drives: {{{drives}}}\n", *settings)
+    result = run(f"{HANGING}drives: {{{drives}}}\n", *settings, HALF)
     t, turned, rate = (
         result.time,
         0.3 + 0.4 * np.sin(4 * result.time),

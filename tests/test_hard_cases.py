@@ -25,6 +25,12 @@ def variant_of(case, label):
     return next(variant for variant in case.variants if variant.label == label)
 
 
+SHORTER = {  # two swings of five; the journal has met its bearing long before
+    ("grazing", "1 um, 5 swings"): "run.duration=1.4",
+    ("micron_bearing", ""): "run.duration=0.02",
+}
+
+
 @pytest.mark.parametrize(
     ("name", "label", "way"),
     [
@@ -65,7 +71,10 @@ def variant_of(case, label):
 )
 def test_it_keeps_to_its_closed_form(name, label, way):
     case = BY_NAME[name]
-    row = judge(case, variant_of(case, label), way)
+    variant = variant_of(case, label)
+    if (name, label) in SHORTER:
+        variant = replace(variant, settings=(*variant.settings, SHORTER[name, label]))
+    row = judge(case, variant, way)
     assert row.verdict == RIGHT, row.broken
 
 
@@ -193,12 +202,12 @@ def test_a_foil_lies_on_its_wall_between_bounces(engine):
 
 def test_the_end_of_a_hard_face_is_left_where_it_is():
     """The point slides off under 3 N: what the instant errs, its speed errs ever after."""
-    hard = ["contacts.strike.law.stiffness=1e8", "bodies.link.rods=2"]
+    hard = ["contacts.strike.law.stiffness=1e8", "bodies.link.rods=2", "run.sample=1 ms"]
 
     def to(tolerance):
         settings = [*hard, f"accuracy.tolerance={tolerance}"]
         return simulate(load_scene(MODELS / "strike_stiffness.yaml", settings))
 
-    exact = to(1e-10)
+    exact = to(1e-9)
     for tolerance in (1e-4, 1e-7):
         assert compare(to(tolerance), exact).deviation.largest < tolerance
