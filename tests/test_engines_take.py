@@ -17,7 +17,7 @@ from exudyn_flexlink.scene import json_schema
 
 PAPER = ROOT / "models" / "no_clearance.yaml"
 BASE = ["bodies.link.hinges.stiffness=beam", "bodies.link.rods=3"]
-SHORT = ["run={duration: 2 ms}", "accuracy={tolerance: 1.0e-5}"]
+SHORT = ["run={duration: 0.5 ms}", "accuracy={tolerance: 1.0e-5}"]
 COLUMNS = ["minimal", "redundant", "beam", "Lagrangian"]
 LAW = "law: {stiffness: 1.0e5, restitution: 0.5}"
 SETLAW = "law={stiffness: 1.0e5, restitution: 0.5}"
@@ -189,7 +189,7 @@ CHANGES = {
     ],
     "`gravity`": ["gravity=[1, -9.81]"],
     "`until`": ["run.until=t - 1"],
-    "`stages`": ["run={duration: 0.1}", "stages=[{until: t - 1}]"],
+    "`stages`": ["run={duration: 5 ms}", "stages=[{until: t - 1}]"],
 }
 
 

@@ -155,7 +155,7 @@ def test_steps_end_where_a_straight_way_begins_to_bend():
         return s[0]
 
     seam.terminal = True
-    keep = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 2e-4}
+    keep = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 1e-3}
     leg = solve_ivp(rates, (0, duration), [-0.4, 0, speed_, 0], events=seam, **keep)
     assert leg.t[-1] == pytest.approx(0.2)
     # The step that ended there ends a step of the run, too: the first on the arc starts on it.
@@ -204,7 +204,7 @@ def test_a_roller_in_a_turning_drum_follows_its_equations_written_for_it_alone()
         return 0.4 - np.hypot(s[0], s[1])
 
     gap.terminal = True
-    keep = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 2e-4}
+    keep = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 1e-3}
     t, state = 0.0, [0.1, -0.35, 0, 0.4, 0, 0, 0, 6]
     while t < 0.5:
         leg = solve_ivp(rates, (t, 0.5), state, events=gap, **keep)
