@@ -5,6 +5,7 @@ one knows the curve. P is 1 cm nearer to O on the egg than on the ellipse when t
 degrees. Where the crank is at 0, P passes the seam.
 """
 
+from functools import cache
 from math import pi, radians
 
 import numpy as np
@@ -20,6 +21,7 @@ from exudyn_flexlink.scene import Run
 ALIKE = 1e-4  # m, of places that any other lap puts more than 1 mm off
 
 
+@cache
 def turned(case, speed, duration, start=0.0, sample=1e-3):
     """Run of a crank that turns from a start angle (rad), at a speed (rad/s) if one is given."""
     engine, settings = case

@@ -91,8 +91,8 @@ def test_a_guide_with_a_torque_moves_the_same():
     """Then the guide's angle is free, and the slide follows it along the track."""
     settings = (
         *FEW,
-        "drives={motor: {type: torque, joint: crank, value: 2e-3}}",
-        "run={duration: 0.2, sample: 1e-3}",
+        "drives={motor: {type: torque, joint: crank, value: 4e-3}}",
+        "run={duration: 0.12, sample: 1e-3}",
     )
     tree, joints = both("smooth.yaml", *settings)
     first, second = common(tree, joints)
