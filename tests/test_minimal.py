@@ -24,7 +24,7 @@ def run(model, *settings):
 
 
 def both(model, *settings, joints="accuracy.step=1e-5"):
-    """The same scene as a tree and with joints, at steps that leave 1e-9 m."""
+    """The same scene as a tree and with joints, at steps that leave 2e-10 m in 0.2 turns."""
     tree = run(model, *settings, "solver.formulation=minimal", "accuracy.tolerance=1e-10")
     return tree, run(model, *settings, "solver.formulation=redundant", joints)
 
@@ -74,17 +74,17 @@ def test_links_start_where_the_parts_are_put_together(model):
 # --- how it moves -----------------------------------------------------------------------------
 
 
-def test_the_smooth_motion_is_that_with_joints_to_1e_9_and_so_are_reactions():
+def test_the_smooth_motion_is_that_with_joints_to_2e_10_and_so_are_reactions():
     tree, joints = both("smooth.yaml", *FEW, "run.turns=0.2")
     first, second = common(tree, joints)
     assert len(first) > 100
-    np.testing.assert_allclose(tree.poses[first], joints.poses[second], atol=1e-9)
+    np.testing.assert_allclose(tree.poses[first], joints.poses[second], atol=2e-10)
     calm = slice(5, -5)  # the integrator with joints knows no reactions at time 0
     for name in ("drive_torques", "slot_forces", "joint_forces"):
         for key, values in getattr(tree, name).items():
             expected = getattr(joints, name)[key][second][calm]
             scale = np.abs(expected).max()
-            np.testing.assert_allclose(values[first][calm], expected, atol=2e-3 * scale)
+            np.testing.assert_allclose(values[first][calm], expected, atol=2e-4 * scale)
 
 
 def test_a_guide_with_a_torque_moves_the_same():
@@ -110,12 +110,12 @@ def test_a_strike_with_friction_is_the_same():
     other = run("no_clearance.yaml", *settings, "solver.formulation=redundant", *joints)
     first, second = common(tree, other)
     assert [event.kind for event in tree.events] == [event.kind for event in other.events]
-    np.testing.assert_allclose(tree.poses[first], other.poses[second], atol=2e-5)
+    np.testing.assert_allclose(tree.poses[first], other.poses[second], atol=1e-5)
     lost, same = (
         sum(event.details.get("energy_lost", 0.0) for event in result.events)
         for result in (tree, other)
     )
-    assert lost == pytest.approx(same, rel=2e-3)
+    assert lost == pytest.approx(same, rel=2e-4)
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
