@@ -176,6 +176,15 @@ def tell(name: str, found: dict[str, list[Answer]]) -> None:
             print(f"{name}: in {words} {number} {said}")
 
 
+# Where the numbers stand: over the highest curve, right of the one that falls most steeply, and
+# under the one between them.
+ASIDE = {
+    "beam": ((7, 0), "left", "center"),
+    "half_ends": ((-5, -4), "right", "top"),
+    "equal": ((3, 5), "center", "bottom"),
+}
+
+
 @styled
 def draw(studies: dict[str, dict[str, list[Answer]]], *, style: Style = SCREEN) -> Figure:
     """Draw the error of S over the number of elements or rods, and over the time they take."""
@@ -190,13 +199,13 @@ def draw(studies: dict[str, dict[str, list[Answer]]], *, style: Style = SCREEN) 
             row[1].loglog([one.seconds for one in found[kind]], off, "o-", color=colour)
             for one in found[kind]:
                 at = (one.seconds, one.s)
+                offset, across, along = ASIDE[kind]
                 row[1].annotate(
                     str(one.count),
                     at,
-                    # Half ends have the curve in the middle: the room is below it.
-                    (-5, -4) if kind == "half_ends" else (5, 4),
-                    ha="right" if kind == "half_ends" else "left",
-                    va="top" if kind == "half_ends" else "bottom",
+                    offset,
+                    ha=across,
+                    va=along,
                     textcoords="offset points",
                     color=colour,
                     fontsize=style.small,

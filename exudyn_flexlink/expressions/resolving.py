@@ -554,10 +554,11 @@ def resolved(
         near = LAST_PLACES * np.spacing(np.abs(high))
         low, high = low[wide := high - low > 4 * near], high[wide]
         within, width = Bounds(low + near[wide], high - near[wide]), high - low
-        for rest in remainders(term, within, state(within)):
+        for rest, bounded in remainders(term, within, state(within)):
             with np.errstate(all="ignore"):
                 hidden = cost(low) * width * rest
-            if hidden.sum() <= allowed / 2:
+            # Where a derivative has no bounds, higher ones have none: such parts are halved.
+            if hidden.sum() <= allowed / 2 or hidden[~bounded].sum() > allowed / 2:
                 break
         by_size = np.argsort(hidden)
         summed = np.cumsum(hidden[by_size])
@@ -576,10 +577,11 @@ def resolved(
 
 def remainders(
     term: Addend, within: Bounds, state: Mapping[int, Bounds] = NOTHING
-) -> Iterator[FloatArray]:
+) -> Iterator[tuple[FloatArray, BoolArray]]:
     """Largest remainders of a term in parts (n,), for polynomials of increasing degree.
 
-    `state` has bounds of senses, and of their derivatives, over the parts.
+    Beside them it is told in which parts the derivative of that degree has bounds. `state` has
+    bounds of senses, and of their derivatives, over the parts.
     """
     width = within.high - within.low
     rest = np.full(width.shape, np.inf)
@@ -588,7 +590,8 @@ def remainders(
             low, high = term.derivative(order).ranges(within, state)
             size = (width / 4) ** order / factorial(order)
             rest = np.fmin(rest, size * (high - low))
-        yield rest
+            bounded = np.isfinite(np.broadcast_to(high - low, width.shape))
+        yield rest, bounded
 
 
 def pulses(edges: FloatArray) -> FloatArray:

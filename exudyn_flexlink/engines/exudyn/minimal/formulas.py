@@ -184,7 +184,7 @@ class _Cells:
         """How much (N or N m) cells (2 CELLS,) of a size hide; the first has the number `begin`."""
         low = size * np.arange(begin, begin + 2 * CELLS, dtype=float)
         cells = Bounds(low, low + size)
-        rests = [[*remainders(term, cells)][-1] for term in self._terms]
+        rests = [[*remainders(term, cells)][-1][0] for term in self._terms]
         return np.asarray(np.sum(rests, axis=0))
 
 
