@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.expressions import parse_expression
+from exudyn_flexlink.expressions import parse_expression, resolved
 from exudyn_flexlink.loading import assemble_scene, scene_of
 from exudyn_flexlink.source import parse_document
 
@@ -289,3 +289,20 @@ def test_a_spring_stores_energy_where_it_goes_alone():
     assert found.outcome.completed
     assert end == pytest.approx(0.06 * sin(10), abs=TOLERANCE)
     assert found.checks.energy_residual < 1e-9
+
+
+def test_where_a_derivative_has_no_bounds_no_higher_one_is_asked_for():
+    """Every round halves the part with the kink; its eighth derivative costs the most by far."""
+    (term,) = parse_expression("max(0, t - 0.3)**1.5").addends
+    orders = []
+
+    class Counted:
+        def derivative(self, order):
+            orders.append(order)
+            return term.derivative(order)
+
+    edges, unresolved = resolved(Counted(), np.array([0.0, 1.0]), lambda _: 1.0, 1e-7)
+    assert not len(unresolved)
+    assert np.abs(edges - 0.3).min() < 1e-6
+    assert len(edges) < 60
+    assert orders.count(8) < 0.3 * orders.count(0)

@@ -557,8 +557,8 @@ def resolved(
         for rest, bounded in remainders(term, within, state(within)):
             with np.errstate(all="ignore"):
                 hidden = cost(low) * width * rest
-            # Where a derivative has no bounds, higher ones have none: such parts are halved.
-            if hidden.sum() <= allowed / 2 or hidden[~bounded].sum() > allowed / 2:
+            # Where a derivative has no bounds, higher ones have none: they are not asked for.
+            if hidden[bounded].sum() <= allowed / 2:
                 break
         by_size = np.argsort(hidden)
         summed = np.cumsum(hidden[by_size])
