@@ -281,13 +281,16 @@ def _require_walls_to_stay(result: Result, assembly: Assembly, pressing: Pressin
     That would give or take energy; impulses would even push out what lies within a wall.
     """
     mechanisms = (assemble_scene(result.scene).mechanism, assembly.mechanism)
-    state = result.poses[-1], result.rates[-1]
+    state, times = (result.poses[-1], result.rates[-1]), (float(result.time[-1]), 0.0)
     allowed = TYPED * max(part.reach for part in assembly.mechanism.parts)
     for name, pairs in pressing.items():
         for pair, _ in pairs:
             numbers = [mechanism.numbers[name] + pair for mechanism in mechanisms]
             contacts = [m.contacts_and_pairs[k] for m, k in zip(mechanisms, numbers, strict=True)]
-            before, after = (float(approach(contact, *state).gap) for contact in contacts)
+            before, after = (
+                float(approach(contact, *state, t).gap)
+                for contact, t in zip(contacts, times, strict=True)
+            )
             if abs(after - before) > allowed:
                 move = f"by {abs(after - before):.3g} (m or rad)"
                 raise CannotContinueError(f"'{name}' presses, and its wall would move {move}")

@@ -222,3 +222,30 @@ def test_a_rope_over_points_is_drawn_through_all_of_them():
     own = scene(HOIST.format(load=10, weight=6, over=HOISTS[1][2]))
     (line,) = (line for line in drawn_lines(own, build_mechanism(own)) if line.kind == "rope")
     assert len(line.line.at(np.zeros((2, 3)))) == 5
+
+
+PULSED = """
+bodies: {load: {type: rigid, mass: 2, inertia: 0.1, points: {hook: [0, 0]}}}
+springs:
+  rope: {type: rope, over: [load.hook, [0, 1]], stiffness: 500,
+         length: "1 m + 0.05 m * sin(5 rad/s * t)"}
+initial: {positions: {load: [0, -0.05]}}
+gravity: 9.81
+run: {duration: 0.3}
+accuracy: {tolerance: 1.0e-8}
+"""
+
+
+def test_a_taut_rope_that_a_winch_moves_loses_nothing_up_to_the_end():
+    """What it stores then follows from its length at that instant."""
+    result = alone(PULSED)
+    touches = result.contacts["rope"].touches
+    assert touches.end[-1] == np.inf
+    assert touches.energy_lost == pytest.approx(0, abs=1e-9)
+
+
+def test_a_stage_begins_beside_a_taut_rope_that_a_winch_moves():
+    stages = "stages=[{until: t - 0.1 s, set: {gravity: 9.81}}]"
+    whole, staged = alone(PULSED), alone(PULSED, stages)
+    assert staged.poses[-1] == pytest.approx(whole.poses[-1], abs=1e-8)
+    assert len(staged.contacts["rope"].touches) == len(whole.contacts["rope"].touches)

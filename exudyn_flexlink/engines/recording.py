@@ -356,14 +356,14 @@ class BlockRecorder(ABC):
         q = self.motion(known)[0][0]
         for k in pressed_among(self.contacts, q):
             if known.pressed[0, k]:
-                self._reached.losses[k] += self._stored(k, q)
+                self._reached.losses[k] += self._stored(k, q, 0.0)
         self._keep_now(known)
         self._ends.append(self._last)
 
-    def _stored(self, k: int, q: FloatArray) -> float:
-        """Energy (J) that contact k stores at poses (parts, 3); 0 by an impulse law."""
+    def _stored(self, k: int, q: FloatArray, t: float) -> float:
+        """Energy (J) that contact k stores at poses (parts, 3) and t (s); 0 by an impulse law."""
         contact = self.contacts[k]
-        return float(contact.law.stored_energy(-approach(contact, q, np.zeros_like(q)).gap))
+        return float(contact.law.stored_energy(-approach(contact, q, np.zeros_like(q), t).gap))
 
     def _keep_now(self, known: Kept) -> None:
         """Keep the present state (1,), after an event."""
@@ -530,7 +530,7 @@ class BlockRecorder(ABC):
         for k, place in enumerate(places.tolist(), start=first):
             impulse, lost = self.totals_of(k)
             if self.touches.pressed[k]:
-                lost -= self._stored(k, q)
+                lost -= self._stored(k, q, float(self._last.t[0]))
             now.append((place, (impulse, lost)))
         return self.touches.intervals(first, now, self.seeker)
 
