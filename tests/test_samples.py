@@ -14,7 +14,7 @@ from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 def same_joint_forces(one, other):
     for name, force in other.joint_forces.items():
         largest = np.abs(force).max()
-        np.testing.assert_allclose(one.joint_forces[name], force, rtol=0, atol=0.005 * largest)
+        np.testing.assert_allclose(one.joint_forces[name], force, rtol=0, atol=1e-9 * largest)
 
 
 @pytest.mark.parametrize(
