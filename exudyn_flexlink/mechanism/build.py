@@ -712,7 +712,7 @@ def _until(bodies: Bodies) -> Until | None:
 def _held(bodies: Bodies, sensed: Sensed) -> Held:
     if sensed.kind == "force":
         return Held(sensed.of, is_torque=False)
-    return Held(sensed.of, is_torque=True, drives=bodies.scene.turned_by(sensed.of))
+    return Held(sensed.of, is_torque=True, drives=bodies.scene.drives_of(sensed.of))
 
 
 def _ramp_or_function(value: specs.Value, ramp: float, clock: float) -> Ramp | TimeFunction:

@@ -451,7 +451,7 @@ def joint_force(result: Result, joint: str) -> JointForce:
         )
     kind = "joint" if joint in result.joint_forces else "slot"
     scene, torque = result.scene, result.drive_torques
-    drives = [name for name in scene.turned_by(joint) if name in torque]
+    drives = [name for name in scene.drives_of(joint) if name in torque]
     torques = [torque[name] for name in drives]
     errors = [force_error(result, f"drive torque of {name}") for name in drives]
     revolute = isinstance(scene.joints[joint], RevoluteJoint)

@@ -152,11 +152,11 @@ class Scene(Part):
         stop = self.stops.get(contact)
         return TURNED.get(unit, unit) if stop is not None and stop.turns else unit
 
-    def turned_by(self, joint: str) -> tuple[str, ...]:
+    def drives_of(self, joint: str) -> tuple[str, ...]:
         """Names of the drives of a joint; of a weld the name by which its torque is told."""
         if isinstance(self.joints[joint], WeldJoint):
             return (f"{joint} (weld)",)
-        return tuple(n for n, drive in self.drives.items() if getattr(drive, "joint", 0) == joint)
+        return tuple(n for n, drive in self.drives.items() if getattr(drive, "joint", "") == joint)
 
     @classmethod
     def from_parts(cls, sections: Mapping[str, Any], document: Document) -> Scene:

@@ -209,8 +209,8 @@ def _wanted(sensed: Sensed) -> Refers:
     """The kind of part that an expression must name for the quantity it senses."""
     if sensed.axis:
         return Refers("points")
-    held = replace(REVOLUTE, words="a revolute joint or a weld", kinds=("revolute", "weld"))
-    kinds = {"speed": DRIVEN, "place": SLIDING, "force": HOLDING, "torque": held}
+    twisted = replace(REVOLUTE, words="a revolute joint or a weld", kinds=("revolute", "weld"))
+    kinds = {"speed": DRIVEN, "place": SLIDING, "force": HOLDING, "torque": twisted}
     return kinds.get(sensed.kind, REVOLUTE)
 
 
