@@ -142,7 +142,7 @@ def _joints_from(assembly: Assembly, scene: Scene, q: FloatArray) -> dict[str, J
     for contact in assembly.mechanism.contacts:
         stop = scene.stops.get(contact.name)
         if isinstance(stop, Flank) and stop.end == "to":
-            start = stop.at - float(approach(contact, q, np.zeros_like(q)).gap)
+            start = stop.at - float(approach(contact, q, np.zeros_like(q), 0.0).gap)
             joints[stop.joint] = joints[stop.joint].model_copy(update={"start": start})
     return joints
 

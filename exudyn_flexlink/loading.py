@@ -367,28 +367,28 @@ def penetrations(scene: Scene, assembly: Assembly, resting: bool = False) -> lis
     goes_on = bool(scene.initial.states) and formulation(scene) == "minimal"
     for contact in assembly.mechanism.contacts:
         if contact.name not in scene.contacts:
-            law, depth = contact.law, -float(approach(contact, state.q, state.v).gap)
+            law, depth = contact.law, -float(approach(contact, state.q, state.v, 0.0).gap)
             if isinstance(law, SpringTable) and depth > law.depths[-1]:
                 message = f"the table ends {law.depths[-1]:.3g} m from 'length', it starts at "
                 hint = "give the table more rows: no force is made up beyond them"
                 path = ("springs", contact.name, "force")
                 notes.append(Mistake(path, f"{message}{depth:.3g} m", hint))
             continue
-        look = approach(contact, state.q, state.v)
+        look = approach(contact, state.q, state.v, 0.0)
         # A point deeper than the face's length is beside the face, and may come around its end.
         if pressed_at(contact, look) and not resting and not goes_on:
             depth = -float(look.gap)
             message = f"starts with a penetration of {depth:.3g} m"
             notes.append(Mistake(("contacts", contact.name), message, _apart(contact, depth)))
     for bearing in assembly.mechanism.bearings:
-        gap = float(approach(bearing, state.q, state.v).gap)
+        gap = float(approach(bearing, state.q, state.v, 0.0).gap)
         if gap < -PLACE_ROUNDING and not resting and bearing.name not in pressing:
             message = f"the journal starts {-gap:.3g} m inside its bearing's wall"
             hint = "check lengths and 'initial', or widen the clearance"
             notes.append(Mistake(("joints", bearing.name), message, hint))
     for groove in assembly.mechanism.grooves:
         walls = [groove.contacts[k] for k in groove.walls(groove.lap)]
-        depth = max(-float(approach(wall, state.q, state.v).gap) for wall in walls)
+        depth = max(-float(approach(wall, state.q, state.v, 0.0).gap) for wall in walls)
         if depth > PLACE_ROUNDING and not resting and groove.name not in pressing:
             message = f"the pin starts {depth:.3g} m inside a wall of its slot"
             hint = "check lengths and 'initial', or widen the clearance"
@@ -400,7 +400,7 @@ def _beyond_stops(scene: Scene, assembly: Assembly) -> Iterator[Mistake]:
     """Joints that start beyond their limits."""
     for contact in assembly.mechanism.contacts:
         stop = scene.stops.get(contact.name)
-        gap = float(approach(contact, assembly.state.q, assembly.state.v).gap)
+        gap = float(approach(contact, assembly.state.q, assembly.state.v, 0.0).gap)
         pressing = contact.name in scene.initial.pressing
         if stop is not None and gap < -PLACE_ROUNDING and not pressing:
             place = stop.at + gap * (1.0 if stop.end == "from" else -1.0)
@@ -431,7 +431,7 @@ def pressed_walls(scene: Scene, assembly: Assembly) -> list[Mistake]:
         depths = {
             contact.name.removeprefix(f"{channel.name}: "): -float(look.gap)
             for contact in (channel.contacts if channel.clearance > 0 else ())
-            for look in [approach(contact, state.q, state.v)]
+            for look in [approach(contact, state.q, state.v, 0.0)]
             if 0 <= look.place <= contact.length and look.gap < -PLACE_ROUNDING
         }
         if depths and channel.name not in scene.initial.pressing:
@@ -468,7 +468,7 @@ def without_direction(scene: Scene, assembly: Assembly) -> list[Mistake]:
             notes.append(Mistake(("springs", spring.name), message, hint))
     for rope in assembly.mechanism.ropes:
         for i, piece in enumerate(rope.pieces, start=1):
-            if -approach(piece, assembly.state.q, assembly.state.v).gap <= rope.shortest:
+            if -approach(piece, assembly.state.q, assembly.state.v, 0.0).gap <= rope.shortest:
                 message = "at the same place as the one before, as the mechanism starts"
                 hint = "a piece of a rope needs a length, or it has no direction"
                 notes.append(Mistake(("springs", rope.name, "over", i), message, hint))

@@ -97,7 +97,7 @@ def _strayed(result: Result, ideal: Result) -> Strayed:
     away = np.hypot(*(point.T - there))
     mechanism, across = build_mechanism(result.scene), None
     for groove in mechanism.grooves:  # in the first lap, of which the left wall is the first
-        gap = approach(groove.contacts[0], result.poses, result.rates).gap
+        gap = approach(groove.contacts[0], result.poses, result.rates, 0.0).gap
         across = groove.clearance - gap
     return Strayed(crank_angle(result), away, across)
 

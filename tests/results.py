@@ -218,7 +218,7 @@ def _extremes(scene, time, motion, contacts):
 
 
 def _contact(contact, q, v, time, touches):
-    near = approach(contact, q, v)
+    near = approach(contact, q, v, 0.0)
     force = np.zeros_like(time)
     for touch in touches:
         force[(time >= touch.begin) & (time <= touch.end)] = touch.peak_force
@@ -229,7 +229,7 @@ def _sleeve(channel, q, v, time):
     """Elastic walls: F = k d while the point is behind the face and beside none of its ends."""
     deep, rates, faces = [], [], channel.contacts
     for face in faces:
-        near = approach(face, q, v)
+        near = approach(face, q, v, 0.0)
         beside = (near.place < 0) | (near.place > face.length)
         deep.append(np.where(beside, -np.abs(near.gap), -near.gap))
         rates.append(near.gap_rate)

@@ -49,7 +49,7 @@ def test_without_friction_journals_and_circles_are_smooth():
 def test_a_journal_starts_in_the_middle_of_its_bearing_and_moves_with_it():
     state = assemble_scene(scene(SLIDER_CRANK)).state
     mechanism = assemble_scene(scene(SLIDER_CRANK)).mechanism
-    at = approach(mechanism.bearings[0], state.q, state.v)
+    at = approach(mechanism.bearings[0], state.q, state.v, 0.0)
     assert at.gap == pytest.approx(5e-4, abs=1e-12)
     assert at.gap_rate == pytest.approx(0.0, abs=1e-9)
 
@@ -65,7 +65,7 @@ run: {duration: 1}
 accuracy: {tolerance: 1.0e-6}
 """
     assembly = assemble_scene(scene(text))
-    at = approach(assembly.mechanism.bearings[0], assembly.state.q, assembly.state.v)
+    at = approach(assembly.mechanism.bearings[0], assembly.state.q, assembly.state.v, 0.0)
     assert (float(at.gap), float(at.gap_rate)) == pytest.approx((0.1, -0.5))
 
 

@@ -12,7 +12,7 @@ from exudyn_flexlink.mechanism import ContactShapes, approach, poses_of
 
 def gaps(faces, q, v):
     """Gap, place, rate of the gap and slip of every pair, (4, pairs)."""
-    seen = [approach(face, q, v) for face in faces]
+    seen = [approach(face, q, v, 0.0) for face in faces]
     return np.array([(at.gap, at.place, at.gap_rate, at.slip) for at in seen]).T
 
 
@@ -30,8 +30,8 @@ def test_near_are_pairs_whose_gaps_close_over_their_faces(model):
         step = 0.3 * ahead
         broad_phase = BroadPhase(faces)
         shapes = ContactShapes(faces)
-        broad_phase.near(shapes.seen(poses_of(q, before)), 0.0, 1)
-        near = broad_phase.near(shapes.seen(poses_of(q, v)), step, ahead)
+        broad_phase.near(shapes.seen(poses_of(q, before, 0.0)), 0.0, 1)
+        near = broad_phase.near(shapes.seen(poses_of(q, v, 0.0)), step, ahead)
 
         gap, place, rate, slip = gaps(faces, q, v)
         bend = (rate - gaps(faces, q, before)[2]) / step

@@ -21,8 +21,8 @@ def test_rates_are_those_of_the_gaps(model):
     v = random.uniform(-1, 1, q.shape)
     h = 1e-6
     for contact in assembly.mechanism.channels[0].contacts:
-        ahead, behind = approach(contact, q + h * v, v), approach(contact, q - h * v, v)
-        at = approach(contact, q, v)
+        ahead, behind = approach(contact, q + h * v, v, 0.0), approach(contact, q - h * v, v, 0.0)
+        at = approach(contact, q, v, 0.0)
         assert at.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * h), abs=1e-8)
         assert at.slip == pytest.approx((ahead.place - behind.place) / (2 * h), abs=1e-8)
 
@@ -52,7 +52,8 @@ def placed(rod, box=(0.0, 0.0, 0.0)):
     q = np.array([box, [x + c * rod[0] - s * rod[1], y + s * rod[0] + c * rod[1], rod[2] + turned]])
     (channel,) = mechanism.channels
     return {
-        p.name.removeprefix("sleeve: "): approach(p, q, np.zeros_like(q)) for p in channel.contacts
+        p.name.removeprefix("sleeve: "): approach(p, q, np.zeros_like(q), 0.0)
+        for p in channel.contacts
     }
 
 
@@ -103,7 +104,7 @@ def test_what_is_held_on_the_axis_is_pushed_back_from_either_side(above):
     for part in channel.rods:
         q[part, 1] += above
         v[part, 1] = 0.3
-    touch = {p.name: approach(p, q, v) for p in channel.contacts}
+    touch = {p.name: approach(p, q, v, 0.0) for p in channel.contacts}
     node = touch["sleeve: node 4 on axis"]
     assert node.gap == pytest.approx(-2e-4, abs=1e-15)
     assert node.normal[1] == pytest.approx(-np.sign(above))
@@ -121,7 +122,7 @@ def test_the_slip_along_a_wall_is_that_of_the_points_that_touch():
     q, v = assembly.state.q.copy(), np.zeros_like(assembly.state.q)
     q[1:11, 1] += 3e-3
     v[0, 2] = 10.0  # the guide turns about (0.02, 0), the link stands still
-    node = approach(channel.contacts[0], q, v)
+    node = approach(channel.contacts[0], q, v, 0.0)
     # The guide's own point at the node, 3 mm above its axis and 20 mm from its start, moves by
     # -10 * 3e-3 m/s along the axis and 10 * 20e-3 m/s across it.
     assert node.gap == pytest.approx(2e-3, abs=1e-15)

@@ -141,7 +141,7 @@ def test_gap_place_and_their_rates_are_those_of_the_curve(shape, held):
     seen = [at_places(contacts, x + by * v, v) for by in (-h, 0.0, h)]
     assert seen[1].gap_rate == pytest.approx((seen[2].gap - seen[0].gap) / (2 * h), abs=1e-8)
     q, rate = poses(layout, x), poses(layout, v)
-    at = approach(own, q, rate)
+    at = approach(own, q, rate, 0.0)
     for mine, other in (
         (seen[1].gap, at.gap),
         (seen[1].place, at.place),

@@ -46,7 +46,7 @@ def on_guide(result):
     force, moment = np.zeros((len(result.time), 2)), np.zeros(len(result.time))
     channel, history = channel_of(result), result.sleeves["sleeve"]
     for k, contact in enumerate(channel.contacts):
-        at = approach(contact, result.poses, result.rates)
+        at = approach(contact, result.poses, result.rates, 0.0)
         along = -contact.side * np.stack([-at.normal[:, 1], at.normal[:, 0]], axis=-1)
         press = history.force[:, k]
         push = press[:, None] * at.normal
@@ -100,7 +100,7 @@ def sums_up_its_samples(result):
         begin, end = touches.begin[i], touches.end[i]
         during = (result.time >= begin) & (result.time <= end)
         press, time = history.force[during, k], result.time[during]
-        at = approach(contacts[k], result.poses[during], result.rates[during])
+        at = approach(contacts[k], result.poses[during], result.rates[during], 0.0)
         power = press * at.gap_rate + channel.friction.force(press, at.slip) * at.slip
         # A touch may begin and end by a jump, within a sample.
         impulse, jump = np.trapezoid(press, time), SAMPLE * press.max()
@@ -253,7 +253,9 @@ def test_supported_rods_stay_near_the_axis_and_have_no_touches():
     assert len(history.touches.begin) == 0
     assert largest(history.force) > 0
     deepest = max(
-        float(-approach(contact, result.poses, result.rates).gap[history.force[:, k] > 0].min())
+        float(
+            -approach(contact, result.poses, result.rates, 0.0).gap[history.force[:, k] > 0].min()
+        )
         for k, contact in enumerate(channel_of(result).contacts)
         if (history.force[:, k] > 0).any()
     )

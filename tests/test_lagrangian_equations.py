@@ -185,7 +185,7 @@ def test_contacts_are_those_of_the_mechanism_and_gradients_those_of_differences(
     seen, pushed = contacts.look(frame), contacts.push(frame, every, np.zeros(len(every)))
     poses, rates = run.model.poses(frame)
     for k, contact in enumerate(run.model.contacts):
-        at = approach(contact, poses[0], rates[0])
+        at = approach(contact, poses[0], rates[0], 0.0)
         own = [float(column[0, k]) for column in seen]
         there = [float(part) for part in at[:4]]
         assert own == pytest.approx(there, rel=1e-12, abs=1e-13)

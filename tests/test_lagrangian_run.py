@@ -168,7 +168,7 @@ def test_friction_of_a_strike_acts_on_link_and_lever():
     )  # fmt: skip
     result, mechanism = simulate(scene, "lagrangian"), assemble_scene(scene).mechanism
     (contact,), press = mechanism.contacts, result.contacts["strike"].force
-    at = approach(contact, result.poses, result.rates)
+    at = approach(contact, result.poses, result.rates, 0.0)
     rub = contact.friction.force(press, at.slip)
     assert np.abs(rub).max() > 0.2  # N
     part = contact.start.part

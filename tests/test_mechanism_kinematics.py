@@ -120,8 +120,8 @@ def test_rates_of_a_contact_are_derivatives(mechanism, seed):
     (contact,) = mechanism.contacts
     q, v = random_state(mechanism, seed)
     step = 1e-6
-    here = approach(contact, q, v)
-    ahead, behind = (approach(contact, q + dt * v, v) for dt in (step, -step))
+    here = approach(contact, q, v, 0.0)
+    ahead, behind = (approach(contact, q + dt * v, v, 0.0) for dt in (step, -step))
     assert here.gap_rate == pytest.approx((ahead.gap - behind.gap) / (2 * step), abs=1e-8)
     assert here.slip == pytest.approx((ahead.place - behind.place) / (2 * step), abs=1e-8)
     assert np.hypot(*here.normal) == pytest.approx(1, abs=1e-14)

@@ -380,13 +380,13 @@ def spot_of(contact: Contact, poses: FloatArray) -> FloatArray:
     """Return the place (..., 2) m of a touch, or the nearest one: on the edge of the first part."""
     round_parts = circles_of(contact)
     if isinstance(contact, FlatContact):
-        look = approach(contact, poses, np.zeros_like(poses))
+        look = approach(contact, poses, np.zeros_like(poses), 0.0)
         beside = look.place[..., None] * look.along - look.gap[..., None] * look.normal
         return np.asarray(anchor_position(contact.start, poses) + beside)
     if not isinstance(contact, CircleContact) and not round_parts:
         return anchor_position(contact.point, poses)
     point, radius = round_parts[0]
-    normal = approach(contact, poses, np.zeros_like(poses)).normal
+    normal = approach(contact, poses, np.zeros_like(poses), 0.0).normal
     return np.asarray(anchor_position(point, poses) - radius * normal)
 
 

@@ -213,7 +213,7 @@ def idle_contacts(result: Result) -> Iterator[str]:
     if len(result.time):
         mechanism = build_mechanism(result.scene)
         for contact, about in idle_at_start(mechanism, result.poses[0], result.rates[0]):
-            if np.all(approach(contact, result.poses, result.rates).gap < 0):
+            if np.all(approach(contact, result.poses, result.rates, result.time).gap < 0):
                 yield about
 
 
@@ -342,7 +342,7 @@ def out_of_slots(result: Result) -> Iterator[str]:
     """Warn of pins that leave slots with play at open ends."""
     for groove in build_mechanism(result.scene).grooves:
         wall = groove.contacts[0]
-        place = approach(wall, result.poses, result.rates).place
+        place = approach(wall, result.poses, result.rates, result.time).place
         away = np.maximum(-place, place - wall.length)
         if len(away) and away.max() > NEGLIGIBLE * groove.slot.curve.size:
             first = int(np.argmax(away > NEGLIGIBLE * groove.slot.curve.size))

@@ -211,7 +211,7 @@ class Histories:
 
 def push_of(contact: Contact, q: FloatArray, v: FloatArray, press: FloatArray) -> FloatArray:
     """Force (instants, 2), N, of a contact on its first part; `press` (instants,), N, is normal."""
-    look = approach(contact, q, v)
+    look = approach(contact, q, v, 0.0)  # its directions and slip are the same at any instant
     push = press[:, None] * look.normal
     if contact.friction is not None:
         push = push + (look.grip * contact.friction.force(press, look.slip))[:, None] * look.along

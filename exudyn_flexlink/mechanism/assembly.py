@@ -176,7 +176,7 @@ def _spanned(contact: Contact, q: FloatArray) -> Contact:
     """Set the length of a rope over points that is taut and without force as assembled."""
     if not isinstance(contact, RopeContact) or not isnan(contact.free_length.at(0.0)):
         return contact
-    gaps = [approach(piece, q, np.zeros_like(q)).gap for piece in contact.pieces]
+    gaps = [approach(piece, q, np.zeros_like(q), 0.0).gap for piece in contact.pieces]
     return replace(contact, free_length=Ramp(-float(sum(gaps))))
 
 

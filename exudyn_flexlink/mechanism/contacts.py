@@ -134,10 +134,12 @@ def pressed_at(contact: Contact, look: Approach) -> bool:
 
 
 def pressed_among(contacts: Sequence[Contact], q: FloatArray) -> list[int]:
-    """Numbers of the contacts that press at coordinates (parts, 3), without motion."""
+    """Numbers of the contacts that press at coordinates (parts, 3), at time 0, without motion."""
     still = np.zeros_like(q)
     return [
-        k for k, contact in enumerate(contacts) if pressed_at(contact, approach(contact, q, still))
+        k
+        for k, contact in enumerate(contacts)
+        if pressed_at(contact, approach(contact, q, still, 0.0))
     ]
 
 
@@ -159,7 +161,7 @@ def idle_at_start(
     A sentence goes with each. Coordinates and velocities are (parts, 3).
     """
     for contact in mechanism.contacts:
-        look = approach(contact, q, v)
+        look = approach(contact, q, v, 0.0)
         if far_behind(contact, look):
             what = "line" if isinstance(contact, FaceContact) else "curve"
             yield (
@@ -222,9 +224,7 @@ def _pivot(mechanism: Mechanism, part: int) -> Anchor | None:
     return None
 
 
-def approach(
-    contact: Contact, q: FloatArray, v: FloatArray, t: FloatArray | float = 0.0
-) -> Approach:
+def approach(contact: Contact, q: FloatArray, v: FloatArray, t: FloatArray | float) -> Approach:
     """Gap, place, rates and directions at coordinates and velocities (..., parts, 3), at t (s)."""
     look = ContactShapes((contact,)).look(poses_of(q, v, t)).of(0)
     return Approach(*look.seen, vectors(look.normal), vectors(look.along), look.grip)
@@ -233,4 +233,4 @@ def approach(
 def gradient(contact: Contact, q: FloatArray) -> FloatArray:
     """Gradient (3 parts,) of a contact's gap: its rates at unit speeds."""
     units = np.eye(q.size).reshape(-1, *q.shape)
-    return approach(contact, q, units).gap_rate
+    return approach(contact, q, units, 0.0).gap_rate

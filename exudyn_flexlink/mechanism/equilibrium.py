@@ -369,7 +369,7 @@ class _Search:
         forces, presses = applied_forces(self._mechanism, q, speeds, 0.0), {}
         for contact in (self._contacts[k] for k in pressed_among(self._contacts, q)):
             if not isinstance(contact.law, Impulse):
-                touch = approach(contact, q, speeds)
+                touch = approach(contact, q, speeds, 0.0)
                 press = float(contact.law.force(-touch.gap, -touch.gap_rate, 0.0))
                 forces += press * gradient(contact, q)
                 presses[contact.name] = press

@@ -58,10 +58,10 @@ class Poses(NamedTuple):
     velocity: ComplexArray
     spin: FloatArray
     turning: ComplexArray
-    t: FloatArray | float = 0.0
+    t: FloatArray | float
 
 
-def poses_of(q: FloatArray, v: FloatArray, t: FloatArray | float = 0.0) -> Poses:
+def poses_of(q: FloatArray, v: FloatArray, t: FloatArray | float) -> Poses:
     """Poses by coordinates and velocities, (..., parts, 3) that broadcast, at instants (...) s."""
     q, v = np.broadcast_arrays(q, v)
     shape = (*q.shape[:-2], q.shape[-2] + 1)

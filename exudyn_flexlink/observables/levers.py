@@ -133,7 +133,7 @@ def answer_of(scene: Scene, mechanism: Mechanism, contact: Contact, start: Float
     body = mechanism.parts[part].body
     joint = carrying_joint(scene, mechanism, body)
     if joint is None:
-        x, y = approach(contact, start, np.zeros_like(start)).normal.tolist()
+        x, y = approach(contact, start, np.zeros_like(start), 0.0).normal.tolist()
         return Moved(contact.anchors[1][-1], (x, y))
     second = joint.second.part in _rigid_group(mechanism, body)
     if isinstance(joint, Slide):
@@ -299,7 +299,7 @@ def lever_response(result: Result, contact: str) -> LeverResponse:
         start, zero = _set_back(start, answer, part, zero - rest), rest
     anchor = _farthest(struck.anchors[1], hinge, start)
     tip, at_rest = anchor_position(anchor, result.poses), anchor_position(anchor, start)
-    normal = approach(struck, start, result.rates[0]).normal
+    normal = approach(struck, start, result.rates[0], 0.0).normal
     turns = result.extremes[f"{body}.{answer.measure.name}"]
     return LeverResponse(
         body,

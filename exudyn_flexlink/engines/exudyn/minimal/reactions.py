@@ -293,6 +293,6 @@ class JointImpulses(_InJoints):
         super().__init__(model, leaps.t, moved, reactions)
         for k in np.flatnonzero(leaps.push.any(axis=0)).tolist():
             contact, push, rub = contacts[k], leaps.push[:, k, None], leaps.rub[:, k]
-            look = approach(contact, moved.poses, moved.rates)
+            look = approach(contact, moved.poses, moved.rates, leaps.t)
             impulse = push * look.normal + (look.grip * rub)[:, None] * look.along
             self.on_points.append((contact, impulse))

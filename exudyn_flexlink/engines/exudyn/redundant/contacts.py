@@ -119,7 +119,7 @@ class ContactItem:
         self._two_sided = isinstance(contact, FaceContact) and contact.side == 0
         self.touch: ItemTouch | None = None  # at the last evaluation
         state = system.assembly.state
-        gap = float(approach(contact, state.q, state.v).gap)
+        gap = float(approach(contact, state.q, state.v, 0.0).gap)
         behind = not self.walled and gap < -PLACE_ROUNDING
         behind = behind and not pressed_among([contact], state.q)
         self.side = Side.BEHIND if behind else Side.APART
@@ -279,7 +279,8 @@ class Contacts:
         """Change states by events of the last step; return the next step (s)."""
         if not self.all:
             return step
-        poses = poses_of(*(np.reshape(column, (-1, 3)) for column in (now.q_list, now.v_list)))
+        q, v = (np.reshape(column, (-1, 3)) for column in (now.q_list, now.v_list))
+        poses = poses_of(q, v, now.time)
         seen = self._shapes.seen(poses)
         if self._pairs:
             self._choose(seen.of(slice(len(self._always), None)), now, step)

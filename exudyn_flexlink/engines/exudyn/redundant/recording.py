@@ -196,7 +196,7 @@ class StepRecorder(BlockRecorder):
         poses, rates = self.coordinates.at_joints(states.q, states.v)
         for k in np.flatnonzero(pressed.any(axis=0)).tolist():
             contact, rows = self.contacts[k], pressed[:, k]
-            seen = approach(contact, poses[rows], rates[rows])
+            seen = approach(contact, poses[rows], rates[rows], states.t[rows])
             assert not isinstance(contact.law, Impulse)  # `prepare` refuses it
             deep = np.maximum(-seen.gap, 0.0)
             force = contact.law.force(deep, -seen.gap_rate, approach_speed[rows, k])
