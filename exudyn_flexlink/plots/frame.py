@@ -16,6 +16,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
 from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -157,10 +158,23 @@ def save_figure(
 
 
 def figure_bytes(figure: Figure, suffix: str, dpi: float | None = None) -> bytes:
-    """Return a figure as the content of a file, with the figure's dots per inch or with `dpi`."""
-    written = BytesIO()
+    """Return a figure as the content of a file, with the figure's dots per inch or with `dpi`.
+
+    A PNG is drawn once, by its canvas: `savefig` draws each figure twice, first for its layout,
+    which each drawing makes anyway.
+    """
+    written, dots, canvas = BytesIO(), figure.dpi, figure.canvas
     with settings(SCREEN.rc):
-        figure.savefig(written, format=suffix, dpi=dpi or figure.dpi, metadata=_UNDATED.get(suffix))
+        if suffix != "png":
+            figure.savefig(written, format=suffix, dpi=dpi or dots, metadata=_UNDATED.get(suffix))
+            return written.getvalue()
+        try:
+            figure.set_dpi(dpi or dots)
+            printer: Any = FigureCanvasAgg(figure)
+            printer.print_png(written)
+        finally:
+            figure.set_dpi(dots)
+            figure.set_canvas(canvas)
     return written.getvalue()
 
 
@@ -192,9 +206,13 @@ class ShownFigure(Figure):
     def draw(self, renderer: RendererBase) -> None:
         """Draw the figure in its style, whatever the user's style is now; shorten long names."""
         with settings(self.style.rc):
-            for text in set(self.findobj(Text)) - set(self.texts):
-                text.set_text(shortened(text.get_text()))
+            self.shorten()
             super().draw(renderer)
+
+    def shorten(self) -> None:
+        """Shorten long names in panels and legends."""
+        for text in set(self.findobj(Text)) - set(self.texts):
+            text.set_text(shortened(text.get_text()))
 
     def savefig(self, fname: Any, **more: Any) -> None:
         """Write the figure on a white page, unless the caller gives a colour."""
@@ -248,6 +266,7 @@ def framed_figure(
     whole = style.scale * height + top + bottom
     layout = ConstrainedLayoutEngine(rect=(0.0, bottom / whole, 1.0, style.scale * height / whole))
     figure = ShownFigure((style.width, whole), style.dpi, layout=layout, facecolor="white")
+    FigureCanvasAgg(figure)  # measures texts; a figure without a canvas makes one for each text
     figure.style = style
     figure.set_label(subject)  # a page uses the label as its caption
     left = EDGE / style.width
@@ -268,8 +287,12 @@ def settle(figure: Figure) -> None:
     Matplotlib makes one pass for each drawing. Axes of fixed aspect need more: labels and the
     legend move as the axes shrink, and lie partly outside after the first passes.
     """
+    assert isinstance(figure, ShownFigure)
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    figure.shorten()
     for _ in range(MOST_PASSES):
-        figure.draw_without_rendering()
+        engine.execute(figure)
         boxes = [box for axes in figure.axes if (box := axes.get_tightbbox()) is not None]
         if all(box.x0 >= 0 and box.x1 <= figure.bbox.width for box in boxes):
             return
