@@ -45,7 +45,7 @@ class Step(NamedTuple):
     """A step from `t` to `t + h` (s), with the states at its ends.
 
     `begin` is the evaluation at its start, `stages` that of the iteration's last round, with
-    `accelerations` (stages, n); `error` (m) is estimated.
+    `accelerations` (stages, n); `error` (m) is estimated. The iteration took so many `rounds`.
     """
 
     t: float
@@ -57,6 +57,7 @@ class Step(NamedTuple):
     speeds: FloatArray
     accelerations: FloatArray
     error: float
+    rounds: int
 
     @property
     def end(self) -> float:
@@ -137,7 +138,7 @@ class Radau:
         `start` is the evaluation at `state`; the iteration ends at a part of the error `allowed`
         (m).
         """
-        times, method = t + self.method.c * h, self.method
+        times, method, before = t + self.method.c * h, self.method, self.iterations
         guess = self._guess(t, h, state.v)
         residual = self._residual(times, h, state, guess)
         if residual is None:
@@ -162,7 +163,8 @@ class Radau:
         known = np.concatenate([state.v[None], speeds])
         self._last = (t, h, known)
         end = State(state.q + moved[-1], speeds[-1], accelerations[-1])
-        return Step(t, h, state, end, start, self._stages, known, accelerations, error)
+        rounds = self.iterations - before
+        return Step(t, h, state, end, start, self._stages, known, accelerations, error, rounds)
 
     def _factorised(self, h: float, start: Evaluation, middle: Evaluation) -> _Matrices:
         """Matrices at the step's middle, the nearest to all stages, with contacts at its start."""

@@ -37,12 +37,11 @@ from exudyn_flexlink.integrate.problem import (
     instant,
     later,
 )
-from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, Step
+from exudyn_flexlink.integrate.radau import MOST_ITERATIONS, ErrorTimes, Radau, Step
 
 SHARE = 0.07  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0
-# RADAU5's factor 0.9 (2 k + 1)/(2 k + n), of at most k = 8 rounds of which n = 2 were made.
-GROWTH = 17 / 18 * 0.9
+SAFETY = 0.9  # of RADAU5: a step is this part of the length that has the allowed error
 PART = 0.1  # of 1/omega: errors of steps fall on all phases of a swing
 FREELY = 0.3  # of the run: a free motion keeps an error of its speed, on average for half the run
 
@@ -64,7 +63,7 @@ class ErrorControl:
     fixed: float | None = None
     limits: float = 1.0
     late: float = 0.0
-    _before: tuple[float, float] | None = None  # length and error ratio of the last step
+    _last: float = inf  # s: the length with which the last step would have had the allowed error
 
     @property
     def method(self) -> Collocation:
@@ -86,24 +85,27 @@ class ErrorControl:
 
     def forget(self) -> None:
         """Forget the last step, since the equations have changed."""
-        self._before = None
+        self._last = inf
 
-    def note(self, h: float, error: float) -> None:
-        """Take note of a step of length h (s) that was good enough."""
-        self._before = (h, max(error / self.allowed, 1e-2))
+    def note(self, step: Step) -> None:
+        """Take note of a step that was good enough."""
+        self._last = self._possible(step)
 
-    def factor(self, h: float, error: float) -> float:
+    def factor(self, step: Step) -> float:
         """Factor by which the next step may be longer, or by which this one has to be shorter.
 
-        Hairer and Wanner, eq. IV.8.25: the trend from the step before continues.
+        Hairer and Wanner, IV.8: the more rounds the iteration takes, the shorter. Both this step
+        and the last one limit the length: errors of a vibration depend on its phase, and a step
+        that is chosen at a good phase would be too long at the next one.
         """
-        ratio = max(error / self.allowed, 1e-12)
-        order = self.method.stages + 1  # of the estimated error
-        grow = GROWTH * ratio ** (-1.0 / order)
-        if self._before is not None:
-            before, then = self._before
-            grow = min(grow, grow * h / before * (then / ratio) ** (1.0 / order))
-        return float(max(LEAST_GROWTH, min(MOST_GROWTH, grow)))
+        possible = min(self._possible(step), self._last)
+        safety = SAFETY * (2 * MOST_ITERATIONS + 1) / (2 * MOST_ITERATIONS + step.rounds)
+        return float(max(LEAST_GROWTH, min(MOST_GROWTH, safety * possible / step.h)))
+
+    def _possible(self, step: Step) -> float:
+        """Length (s) with which a step would have had the allowed error."""
+        ratio = max(step.error / self.allowed, 1e-12)
+        return float(step.h * ratio ** (-1 / (self.method.stages + 1)))  # its estimate's order
 
 
 def slow_motions(mass: FloatArray, stiffness: FloatArray, end: float, least: float) -> FloatArray:
@@ -354,13 +356,13 @@ class ImplicitStepper:
             elif (part := self.knots.part(step)) < 1:
                 h *= part
             else:
-                factor = self.control.factor(h, step.error)
+                factor = self.control.factor(step)
                 good = self.control.passes(step.error) or self._rounded(step)
                 part = self.problem.overlooked(step, self.control.allowed) if good else 1.0
                 if part < 1:
                     h, first = h * part, False
                 elif good:
-                    self.control.note(h, step.error)
+                    self.control.note(step)
                     self.h = h * (factor if first else min(factor, 1.0))
                     return step
                 else:
