@@ -5,15 +5,22 @@ number of samples. If the scene lacks the point, the contact, the joint with wal
 joint as a crank, a ValueError says so.
 """
 
-from exudyn_flexlink.observables.bending import Bending, BendingPeak, bending
-from exudyn_flexlink.observables.energies import Energies, energies
 from exudyn_flexlink.observables.forces import (
     BENDING,
+    Bending,
+    BendingPeak,
+    Energies,
     Force,
+    JointForce,
+    bending,
     bent_links,
+    energies,
+    force_error,
+    force_of,
     force_peaks,
     forces_of,
     friction_unit,
+    joint_force,
     momentary_forces,
 )
 from exudyn_flexlink.observables.happenings import Happening, happenings
@@ -37,21 +44,16 @@ from exudyn_flexlink.observables.levers import (
 )
 from exudyn_flexlink.observables.parting import (
     Deviation,
-    JointForce,
     common_points,
     common_times,
     error_between,
     farthest,
     first_beyond,
     force_deviations,
-    force_error,
-    force_of,
-    joint_force,
     parting_limit,
     positions,
     separation,
     separations,
-    touching,
     worst_force,
 )
 from exudyn_flexlink.observables.points import (
@@ -109,4 +111,5 @@ from exudyn_flexlink.observables.touching import (
     pair_totals,
     sleeves_with_play,
     strikes,
+    touching,
 )

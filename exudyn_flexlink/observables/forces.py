@@ -1,9 +1,15 @@
-"""Forces of a run by quantity and name; N is the number of samples."""
+"""Forces of a run by quantity and name, in joints and in bent links, their errors; its energies.
+
+N is the number of samples. A hinge with angle phi, stiffness k and damping c has the moment
+``M = k phi + c phi'``. In a section with the second moment I, the outermost fibre is h/2 from the
+bending axis. Its stress is ``M h / (2 I)``, and its strain ``M h / (2 E I)``.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf, nan
 from typing import Annotated
 
 import numpy as np
@@ -12,11 +18,19 @@ from exudyn_flexlink.arrays import FloatArray, Variable
 from exudyn_flexlink.mechanism import build_mechanism
 from exudyn_flexlink.observables.instants import OverTime
 from exudyn_flexlink.observables.levers import extremes_of
-from exudyn_flexlink.observables.points import samples_text
-from exudyn_flexlink.observables.touching import sleeves_with_play
+from exudyn_flexlink.observables.points import RATE, TURNED, joint_turning, samples_text
+from exudyn_flexlink.observables.touching import sleeves_with_play, touching
 from exudyn_flexlink.result import Result
 from exudyn_flexlink.rounding import NEGLIGIBLE
-from exudyn_flexlink.scene import FlexibleBody, PrismaticJoint, Scene, SlotJoint, WeldJoint
+from exudyn_flexlink.scene import (
+    FlexibleBody,
+    PrismaticJoint,
+    RevoluteJoint,
+    Scene,
+    SlotJoint,
+    WeldJoint,
+)
+from exudyn_flexlink.source import unknown
 
 WEAK_FORCE = 1e-6  # of the largest force of its unit: a smaller one has no relative error
 BENDING = "bending moment"
@@ -218,3 +232,196 @@ def force_peaks(result: Result) -> dict[str, ForcePeak]:
         if contact_name not in unbound:
             by_force[name] = ForcePeak(value, force.unit, instant)
     return by_force
+
+
+@dataclass(frozen=True)
+class BendingPeak:
+    """The largest bending of a link: `moment` (N m, of either sign), its `place` (m) and `at` (s).
+
+    `stress` (Pa) and `strain` are the largest in size; None of a section whose height is not known.
+    """
+
+    moment: float
+    place: float
+    at: float
+    stress: float | None
+    strain: float | None
+
+
+@dataclass(frozen=True)
+class Bending(OverTime):
+    """How a flexible link is bent at hinges, stations and welded ends, at samples `time` (N,) s.
+
+    `place` (H,) m is that of each of these on the straight link, from its start. `moment` (N, H)
+    N m is positive where the link bends to its left; beside hinges it is that of the straight line
+    through two of them, see `moments`. `stress` (N, H) Pa and `strain` (N, H) are those
+    of the surface on its right, positive where that is stretched; None of a section whose height is
+    not known. `error` (N,) N m bounds how far moments are off, as `force_error` has it.
+    """
+
+    link: str
+    time: FloatArray
+    place: FloatArray
+    moment: Annotated[FloatArray, Variable("time .place", "N m", "bending moment")]
+    stress: Annotated[FloatArray | None, Variable("time .place", "Pa", "stress of the surface")]
+    strain: Annotated[FloatArray | None, Variable("time .place", "1", "strain of the surface")]
+    error: Annotated[FloatArray, Variable("time", "N m", "error of the moment", bound=True)]
+
+    @property
+    def largest(self) -> BendingPeak:
+        """Where and when the moment is largest in size, with the largest stress and strain."""
+        moment, time = np.atleast_2d(self.moment), np.atleast_1d(self.time)
+        size = np.abs(moment)
+        n, hinge = np.unravel_index(int(size.argmax()), size.shape)
+        stress, strain = (
+            None if values is None else float(np.abs(values).max())
+            for values in (self.stress, self.strain)
+        )
+        peak = float(moment[n, hinge])
+        return BendingPeak(peak, float(self.place[hinge]), float(time[n]), stress, strain)
+
+    def __repr__(self) -> str:
+        largest = self.largest
+        return (
+            f"<Bending of {self.link}: to {largest.moment:.5g} N m at {largest.place:.4g} m, "
+            f"{len(self.place)} places; {samples_text(self.time)}>"
+        )
+
+
+def bending(result: Result, link: str) -> Bending:
+    """Return how a flexible link is bent.
+
+    Raises:
+        ValueError: the link has no hinges.
+
+    """
+    scene, known = result.scene, bent_links(result.scene)
+    if link not in known:
+        names = ", ".join(known) or "none"
+        raise ValueError(f"'{link}' has no hinges that bend; there are: {names}")
+    body = known[link]
+    moment, stress, strain = moments(result, link), None, None
+    if (half := body.section.half_height) is not None:
+        stress = moment * half / body.section.second_moment
+        strain = stress / scene.materials[body.material].youngs_modulus
+    error = force_error(result, f"{BENDING} of {link}")
+    return Bending(link, result.time, bending_places(scene, link), moment, stress, strain, error)
+
+
+@dataclass(frozen=True)
+class JointForce(OverTime):
+    """What acts in a joint at samples `time` (N,) s, in the ground's axes.
+
+    `force` (N, 2) N acts on the body of the joint's second point, in a slot on the point that runs
+    in it. `torque` (N,) N m is what drives put on that body at the joint; None where no drive
+    does. `error` (N,) N and `torque_error` (N,) N m bound how far these are off, see
+    `force_error`. Of a revolute joint `angle` (N,) rad is that of the second body relative to the
+    first, continuous, and `rate` (N,) rad/s its speed; None of others.
+    """
+
+    joint: str
+    time: FloatArray
+    force: Annotated[FloatArray, Variable("time", "N", "force")]
+    error: Annotated[FloatArray, Variable("time", "N", "error of the force", bound=True)]
+    torque: Annotated[FloatArray | None, Variable("time", "N m", "torque of drives")]
+    torque_error: Annotated[
+        FloatArray | None, Variable("time", "N m", "error of the torque", bound=True)
+    ]
+    angle: Annotated[FloatArray | None, TURNED] = None
+    rate: Annotated[FloatArray | None, RATE] = None
+
+    def __repr__(self) -> str:
+        sizes = np.linalg.norm(self.force, axis=-1)
+        largest = np.nanmax(sizes, initial=0.0)
+        turned = ""
+        if self.torque is not None:
+            torque = np.nanmax(np.abs(self.torque), initial=0.0)
+            turned = f", torque to {torque:.5g} N m"
+        return (
+            f"<JointForce of {self.joint}: to {largest:.5g} N{turned}; {samples_text(self.time)}>"
+        )
+
+
+def joint_force(result: Result, joint: str) -> JointForce:
+    """Force in a joint (of any kind), the torque of its drives, and how far they are off.
+
+    Raises:
+        ValueError: no force of such a joint is kept.
+
+    """
+    forces = {**result.joint_forces, **result.slot_forces}
+    known = [name for name in result.scene.joints if name in forces]
+    if joint not in known:
+        others = ("sleeves", "gear_forces", "gear_torques")
+        elsewhere = "".join(
+            f", but {key}['{joint}']" for key in others if joint in getattr(result, key)
+        )
+        raise ValueError(
+            f"no force of '{joint}' is kept{elsewhere}; of: {', '.join(known) or 'none'}"
+        )
+    kind = "joint" if joint in result.joint_forces else "slot"
+    scene, torque = result.scene, result.drive_torques
+    drives = [name for name in scene.drives_of(joint) if name in torque]
+    torques = [torque[name] for name in drives]
+    errors = [force_error(result, f"drive torque of {name}") for name in drives]
+    revolute = isinstance(scene.joints[joint], RevoluteJoint)
+    angle, rate = joint_turning(result, joint) if revolute else (None, None)
+    return JointForce(
+        joint,
+        result.time,
+        forces[joint],
+        force_error(result, f"{kind} force of {joint}"),
+        np.sum(torques, axis=0) if drives else None,
+        np.sum(errors, axis=0) if drives else None,
+        angle,
+        rate,
+    )
+
+
+def force_of(result: Result, name: str) -> Force:
+    """Return a force or torque by what `forces_of` calls it, with its error.
+
+    Raises:
+        ValueError: the run has no such force.
+
+    """
+    forces = forces_of(result)
+    if name not in forces:
+        raise ValueError(unknown("force", name, forces))
+    return replace(forces[name], error=force_error(result, name))
+
+
+def force_error(result: Result, name: str) -> FloatArray:
+    """How far a force may be off at each sample (N,), by what `forces_of` calls it; N or N m.
+
+    It is the largest error that a second run gives while nothing touches, or while something does.
+    It is inf beyond the instant up to which errors are known, and nan where nothing was measured.
+    The begin and the end of a touch are off in time, too: a force that jumps there jumps earlier or
+    later by that.
+    """
+    deviation = result.error.forces.get(name)
+    if deviation is None:
+        return np.full(len(result.time), np.nan)
+    free, touched = (
+        nan if part is None else part.largest for part in (deviation.free, deviation.touching)
+    )
+    error = np.where(touching(result, result.time), touched, free)
+    return np.where(result.time < result.error.known_until, error, inf)
+
+
+@dataclass(frozen=True)
+class Energies(OverTime):
+    """Energies in J at samples `time` (N,) s: those of `EnergyHistory`, and its `residual`."""
+
+    time: FloatArray
+    kinetic: Annotated[FloatArray, Variable("time", "J", "kinetic energy")]
+    stored: Annotated[FloatArray, Variable("time", "J", "energy in springs, weight, contacts")]
+    dissipated: Annotated[FloatArray, Variable("time", "J", "energy dissipated")]
+    supplied: Annotated[FloatArray, Variable("time", "J", "energy supplied by drives")]
+    residual: Annotated[FloatArray, Variable("time", "J", "what the balance misses")]
+
+
+def energies(result: Result) -> Energies:
+    """Energies of a run."""
+    energy = result.energy
+    return Energies(result.time, **vars(energy), residual=energy.residual)

@@ -3,36 +3,25 @@
 Forces are less accurate than positions: if positions err by a vibration, forces err by that times
 the square of its frequency. So forces have separate errors. Times are in s, lengths in m; N is the
 number of instants.
-The force of a joint has a bound of its error at each sample.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import ceil, inf, isinf, nan
-from typing import Annotated, Any
+from dataclasses import dataclass
+from math import ceil, inf, isinf
+from typing import Any
 
 import numpy as np
 
-from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray, Variable
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
 from exudyn_flexlink.mechanism import build_mechanism, end_of_run, sample_times
-from exudyn_flexlink.observables.forces import NO_FORCE, WEAK_FORCE, Force, forces_of
-from exudyn_flexlink.observables.instants import OverTime, straight_between
-from exudyn_flexlink.observables.points import (
-    RATE,
-    TURNED,
-    joint_turning,
-    judged_points,
-    paths,
-    room,
-    samples_text,
-    still_text,
-)
+from exudyn_flexlink.observables.forces import NO_FORCE, WEAK_FORCE, forces_of
+from exudyn_flexlink.observables.instants import straight_between
+from exudyn_flexlink.observables.points import judged_points, paths, room, still_text
+from exudyn_flexlink.observables.touching import touching, touching_pairs
 from exudyn_flexlink.result import ForceDeviation, ForceSpread, MeasuredError, Result
 from exudyn_flexlink.rounding import PLACE_ROUNDING, SUM_ROUNDING
-from exudyn_flexlink.scene import RevoluteJoint
-from exudyn_flexlink.source import unknown
 
 ALIKE = 0.999  # of the largest distance: points within it are equal, and the first is named
 VISIBLE = 1e-3  # of the box in which points move: runs that differ by more have parted
@@ -49,8 +38,6 @@ TIGHTER = 0.1  # of the tolerance or given step: for a run that shows errors com
 # strikes of scripts/random_touches.py the median error bound is some ten times the true largest
 # error, and no sample of the finer run has a larger error than its bound.
 MOST_SAMPLES = 0.97
-
-Pair = tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -322,34 +309,15 @@ def _spread(
     return ForceSpread(float(apart[worst]), float(time[worst]), rms, size)
 
 
-def touching(result: Result, time: FloatArray) -> BoolArray:
-    """Whether anything touches, a contact or a wall, at instants (N,) s."""
-    return _any(time, list(_pairs(result, time).values()))
-
-
 def _touching(first: Result, second: Result, time: FloatArray) -> tuple[BoolArray, BoolArray]:
     """Whether the same pairs touch in both runs at instants (N,) s; whether anything touches.
 
     Only pairs that both runs have are compared.
     """
-    both = _pairs(first, time), _pairs(second, time)
-    common = [pair for pair in both[0] if pair in both[1]]
-    parted = [both[0][pair] != both[1][pair] for pair in common]
-    return ~_any(time, parted), touching(first, time) | touching(second, time)
-
-
-def _any(time: FloatArray, masks: Sequence[BoolArray]) -> BoolArray:
-    return np.asarray(np.any([np.zeros(len(time), dtype=bool), *masks], axis=0))
-
-
-def _pairs(result: Result, time: FloatArray) -> dict[Pair, BoolArray]:
-    """Whether each pair that can touch does touch, at instants (N,) s."""
-    masks = {}
-    for name, touches in result.intervals.items():
-        pairs = result.sleeves[name].pairs if name in result.sleeves else (name,)
-        for k, pair in enumerate(pairs):
-            masks[name, pair] = touches.where(touches.pair == k).lasting(time) > 0
-    return masks
+    both = touching_pairs(first, time), touching_pairs(second, time)
+    same = [mask == both[1][pair] for pair, mask in both[0].items() if pair in both[1]]
+    alike = np.all([np.ones(len(time), dtype=bool), *same], axis=0)
+    return alike, touching(first, time) | touching(second, time)
 
 
 def _near_impulses(result: Result, time: FloatArray, spacing: float) -> BoolArray:
@@ -396,104 +364,3 @@ def error_between(run: Result, other: Result, least: float, tolerance: float) ->
         other=tolerance,
         forces={name: deviation.times(FACTOR, SUM_ROUNDING) for name, deviation in forces.items()},
     )
-
-
-@dataclass(frozen=True)
-class JointForce(OverTime):
-    """What acts in a joint at samples `time` (N,) s, in the ground's axes.
-
-    `force` (N, 2) N acts on the body of the joint's second point, in a slot on the point that runs
-    in it. `torque` (N,) N m is what drives put on that body at the joint; None where no drive
-    does. `error` (N,) N and `torque_error` (N,) N m bound how far these are off, see
-    `force_error`. Of a revolute joint `angle` (N,) rad is that of the second body relative to the
-    first, continuous, and `rate` (N,) rad/s its speed; None of others.
-    """
-
-    joint: str
-    time: FloatArray
-    force: Annotated[FloatArray, Variable("time", "N", "force")]
-    error: Annotated[FloatArray, Variable("time", "N", "error of the force", bound=True)]
-    torque: Annotated[FloatArray | None, Variable("time", "N m", "torque of drives")]
-    torque_error: Annotated[
-        FloatArray | None, Variable("time", "N m", "error of the torque", bound=True)
-    ]
-    angle: Annotated[FloatArray | None, TURNED] = None
-    rate: Annotated[FloatArray | None, RATE] = None
-
-    def __repr__(self) -> str:
-        sizes = np.linalg.norm(self.force, axis=-1)
-        largest = np.nanmax(sizes, initial=0.0)
-        turned = ""
-        if self.torque is not None:
-            torque = np.nanmax(np.abs(self.torque), initial=0.0)
-            turned = f", torque to {torque:.5g} N m"
-        return (
-            f"<JointForce of {self.joint}: to {largest:.5g} N{turned}; {samples_text(self.time)}>"
-        )
-
-
-def joint_force(result: Result, joint: str) -> JointForce:
-    """Force in a joint (of any kind), the torque of its drives, and how far they are off.
-
-    Raises:
-        ValueError: no force of such a joint is kept.
-
-    """
-    forces = {**result.joint_forces, **result.slot_forces}
-    known = [name for name in result.scene.joints if name in forces]
-    if joint not in known:
-        others = ("sleeves", "gear_forces", "gear_torques")
-        elsewhere = "".join(
-            f", but {key}['{joint}']" for key in others if joint in getattr(result, key)
-        )
-        raise ValueError(
-            f"no force of '{joint}' is kept{elsewhere}; of: {', '.join(known) or 'none'}"
-        )
-    kind = "joint" if joint in result.joint_forces else "slot"
-    scene, torque = result.scene, result.drive_torques
-    drives = [name for name in scene.drives_of(joint) if name in torque]
-    torques = [torque[name] for name in drives]
-    errors = [force_error(result, f"drive torque of {name}") for name in drives]
-    revolute = isinstance(scene.joints[joint], RevoluteJoint)
-    angle, rate = joint_turning(result, joint) if revolute else (None, None)
-    return JointForce(
-        joint,
-        result.time,
-        forces[joint],
-        force_error(result, f"{kind} force of {joint}"),
-        np.sum(torques, axis=0) if drives else None,
-        np.sum(errors, axis=0) if drives else None,
-        angle,
-        rate,
-    )
-
-
-def force_of(result: Result, name: str) -> Force:
-    """Return a force or torque by what `forces_of` calls it, with its error.
-
-    Raises:
-        ValueError: the run has no such force.
-
-    """
-    forces = forces_of(result)
-    if name not in forces:
-        raise ValueError(unknown("force", name, forces))
-    return replace(forces[name], error=force_error(result, name))
-
-
-def force_error(result: Result, name: str) -> FloatArray:
-    """How far a force may be off at each sample (N,), by what `forces_of` calls it; N or N m.
-
-    It is the largest error that a second run gives while nothing touches, or while something does.
-    It is inf beyond the instant up to which errors are known, and nan where nothing was measured.
-    The begin and the end of a touch are off in time, too: a force that jumps there jumps earlier or
-    later by that.
-    """
-    deviation = result.error.forces.get(name)
-    if deviation is None:
-        return np.full(len(result.time), np.nan)
-    free, touched = (
-        nan if part is None else part.largest for part in (deviation.free, deviation.touching)
-    )
-    error = np.where(touching(result, result.time), touched, free)
-    return np.where(result.time < result.error.known_until, error, inf)

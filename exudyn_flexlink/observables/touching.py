@@ -1,4 +1,4 @@
-"""States of contact over time, of links in guides and journals in bearings; and strikes.
+"""What touches when: states of links in guides and of journals in bearings over time; strikes.
 
 A journal in its bearing is free, or on one point. A link in its guide has the four cases of a
 translational joint with clearance (Flores, Ambrosio, Claro and Lankarani, Kinematics and dynamics
@@ -16,7 +16,7 @@ from math import nan, pi
 
 import numpy as np
 
-from exudyn_flexlink.arrays import FloatArray, IntArray
+from exudyn_flexlink.arrays import BoolArray, FloatArray, IntArray
 from exudyn_flexlink.observables.points import (
     crank_angle,
     crank_joint,
@@ -320,3 +320,19 @@ def _strike(
         contacts=len(burst),
         ended=ended,
     )
+
+
+def touching(result: Result, time: FloatArray) -> BoolArray:
+    """Whether anything touches, a contact or a wall, at instants (N,) s."""
+    masks = touching_pairs(result, time).values()
+    return np.asarray(np.any([np.zeros(len(time), dtype=bool), *masks], axis=0))
+
+
+def touching_pairs(result: Result, time: FloatArray) -> dict[tuple[str, str], BoolArray]:
+    """Whether each pair that can touch does, at instants (N,) s; by joint or contact, and pair."""
+    masks = {}
+    for name, touches in result.intervals.items():
+        pairs = result.sleeves[name].pairs if name in result.sleeves else (name,)
+        for k, pair in enumerate(pairs):
+            masks[name, pair] = touches.where(touches.pair == k).lasting(time) > 0
+    return masks
