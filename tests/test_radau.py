@@ -8,10 +8,9 @@ from scipy.integrate import solve_ivp
 
 from exudyn_flexlink.engines import simulate
 from exudyn_flexlink.engines.touching import SHORTEST_SWING
-from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import Crossing, Guard
 from exudyn_flexlink.integrate.problem import FEW, MANY, Evaluation, Pressing, State
-from exudyn_flexlink.integrate.radau import ErrorTimes, Radau
+from exudyn_flexlink.integrate.radau import ErrorTimes, Radau, collocation
 from exudyn_flexlink.integrate.stepper import ErrorControl, HybridProblem, ImplicitStepper
 from exudyn_flexlink.loading import load_scene
 

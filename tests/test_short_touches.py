@@ -18,8 +18,8 @@ from exudyn_flexlink.engines.pair_events import (
     first_of,
     first_part,
 )
-from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.problem import FEW
+from exudyn_flexlink.integrate.radau import collocation
 
 NODES = collocation(FEW).nodes
 BALL = "bodies: {ball: {type: rigid, mass: 1, inertia: 1, points: {c: [0, 0]}}}"

@@ -22,7 +22,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, ComplexArray, FloatArray, IndexArray
-from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import (
     EVENT_TIME,
     GAP_ROUNDING,
@@ -32,6 +31,7 @@ from exudyn_flexlink.integrate.events import (
     first_fall,
 )
 from exudyn_flexlink.integrate.problem import instant
+from exudyn_flexlink.integrate.radau import collocation
 from exudyn_flexlink.mechanism import Glimpse, Seen
 from exudyn_flexlink.rounding import PLACE_ROUNDING, TINY
 

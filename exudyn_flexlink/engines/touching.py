@@ -30,7 +30,6 @@ from typing import NamedTuple
 import numpy as np
 
 from exudyn_flexlink.arrays import BoolArray, FloatArray, IndexArray
-from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import (
     GAP_ROUNDING,
     StepPolynomial,
@@ -38,7 +37,7 @@ from exudyn_flexlink.integrate.events import (
     highest,
 )
 from exudyn_flexlink.integrate.problem import Press, Pressing
-from exudyn_flexlink.integrate.radau import ErrorTimes
+from exudyn_flexlink.integrate.radau import ErrorTimes, collocation
 from exudyn_flexlink.laws import Impulse, Penalty, PressingLaw
 from exudyn_flexlink.mechanism import Channel, Contact, Mechanism, approach, swings
 from exudyn_flexlink.observables import Watched

@@ -27,7 +27,6 @@ import numpy as np
 from scipy.linalg import eigh
 
 from exudyn_flexlink.arrays import FloatArray
-from exudyn_flexlink.integrate.collocation import Collocation, collocation
 from exudyn_flexlink.integrate.events import EVENT_TIME, Crossing
 from exudyn_flexlink.integrate.problem import (
     Equations,
@@ -37,7 +36,14 @@ from exudyn_flexlink.integrate.problem import (
     instant,
     later,
 )
-from exudyn_flexlink.integrate.radau import MOST_ITERATIONS, ErrorTimes, Radau, Step
+from exudyn_flexlink.integrate.radau import (
+    MOST_ITERATIONS,
+    Collocation,
+    ErrorTimes,
+    Radau,
+    Step,
+    collocation,
+)
 
 SHARE = 0.07  # of the tolerance: the error estimated of one step
 LEAST_GROWTH, MOST_GROWTH = 0.1, 5.0

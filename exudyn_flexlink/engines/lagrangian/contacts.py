@@ -185,7 +185,7 @@ class Contacts:
     def slopes_of(self, pushed: Pushed) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping (N, N) of walls that press, and of friction, at the first instant.
 
-        Forces of faces along their gaps are left out: they leap, see `integrate.contact_share`.
+        Forces of faces along their gaps are left out: they leap, see `integrate.radau`.
         """
         friction, creep = self._rubbing[:, pushed.which]
         rubbing = np.tanh(pushed.slip[0] / creep)

@@ -38,9 +38,8 @@ from exudyn_flexlink.engines.exudyn.minimal.closure_terms import Curves, Table, 
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint, Transform
 from exudyn_flexlink.engines.track_follower import DeadCentreError
-from exudyn_flexlink.integrate.collocation import collocation
 from exudyn_flexlink.integrate.events import EVENT_TIME
-from exudyn_flexlink.integrate.radau import Step
+from exudyn_flexlink.integrate.radau import Step, collocation
 from exudyn_flexlink.integrate.stepper import OnSingularity
 from exudyn_flexlink.mechanism import GROUND, Anchor, Gear, Motor, Pin, Slide, Slot
 from exudyn_flexlink.mechanism.tree import TreeLayout
