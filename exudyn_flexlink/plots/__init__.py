@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from exudyn_flexlink.plots.drawing import mechanism, start
+from exudyn_flexlink.plots.drawing import mechanism, modes, response, start
 from exudyn_flexlink.plots.forces import bending, energy, forces, guide_contact
 from exudyn_flexlink.plots.frame import (
     ENGINE_COLOURS,
@@ -19,7 +19,6 @@ from exudyn_flexlink.plots.frame import (
     is_figure,
     save_figure,
 )
-from exudyn_flexlink.plots.modes import modes, response
 from exudyn_flexlink.plots.motion import coordinates, lever, polar
 from exudyn_flexlink.plots.panels import Given, labelled_run, listed
 from exudyn_flexlink.plots.studies import (

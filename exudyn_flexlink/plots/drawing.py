@@ -1,4 +1,7 @@
-"""Draw a mechanism: at some instants, with a zoom on a strike; or at time 0, with all names."""
+"""Draw a mechanism: at some instants, with a zoom on a strike; or at time 0, with all names.
+
+Also draw its modes, and how a point of it answers a force, by its linear equations.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 from matplotlib.transforms import Bbox
 
 from exudyn_flexlink.arrays import FloatArray
+from exudyn_flexlink.linear import LinearModel, Response, motion_text
 from exudyn_flexlink.mechanism import Assembly, anchor_position
 from exudyn_flexlink.observables import (
     Strike,
@@ -29,6 +33,7 @@ from exudyn_flexlink.observables import (
 )
 from exudyn_flexlink.plots.frame import (
     BLACK,
+    BLUE,
     FLAT,
     GREEN,
     GREY,
@@ -67,6 +72,7 @@ from exudyn_flexlink.plots.panels import (
     title_at,
 )
 from exudyn_flexlink.result import Result
+from exudyn_flexlink.rounding import NEGLIGIBLE
 from exudyn_flexlink.scene import Scene, split_point
 
 COLUMNS = 2  # fewest columns of panels; in print also the most
@@ -496,3 +502,66 @@ def spots_along(line: FloatArray, apart: float) -> FloatArray:
     way = np.concatenate([[0.0], np.cumsum(steps)])
     lengths = np.linspace(0.0, way[-1], 2 + int(way[-1] / apart))
     return np.stack([np.interp(lengths, way, across) for across in line.T], axis=1)
+
+
+MOST_MODES, MODE_COLUMNS = 6, 3
+PHASES = np.array([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])  # rad: phases of a mode in a figure
+MODE_SIZE = 0.12  # of the mechanism: largest displacement of a mode in the figure
+PALE = 0.3
+BESIDE, ABOVE = 0.7, 0.9  # inches: room beside the axes of a panel of a mode; above and below them
+AHEAD = 1.0  # deg: a smaller phase lead is rounding; a larger one is a lag, by the rest of 360 deg
+
+
+@styled
+def modes(model: LinearModel, *, style: Style = SCREEN) -> Figure:
+    """Draw the slowest modes, each in a panel: the mechanism in its state; its amplitudes, pale."""
+    shown = model.modes[:MOST_MODES]
+    q = model.assembly.state.q
+    low, high = Sketch(model.scene, q[None]).box
+    size = MODE_SIZE * float(np.max(high - low))
+    turns = np.exp(1j * PHASES)[:, None, None]
+    moved = [q + size * (turns * mode.poses).real for mode in shown]
+    box = Sketch(model.scene, np.concatenate(moved)).box
+    columns = 1 if style.narrow else min(MODE_COLUMNS, len(shown))
+    rows = ceil(len(shown) / columns)
+    width, height = box[1] - box[0]
+    about = "its rest" if model.time is None else f"t = {model.time:.4g} s"
+    subject = f"Modes about {about}; damping in % of the critical one"
+    panel = (style.width / columns - BESIDE) * height / width + ABOVE
+    figure = framed_figure((model.scene.title, subject), rows * panel / style.scale, style)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, mode, poses in zip(panels, shown, moved, strict=False):
+        sketch = Sketch(model.scene, np.concatenate([q[None], poses]))
+        for k in range(len(sketch.poses)):
+            sketch.draw(axes, k, alpha=PALE if k else 1.0)
+        sketch.window(axes, box)
+        axes.set_title(motion_text(mode.eigenvalue, short=True))
+        axes.set_xlabel(f"x ({sketch.unit[1]})")
+    for axes in panels[::columns]:
+        axes.set_ylabel(f"y ({sketch.unit[1]})")
+    for axes in panels[len(shown) :]:
+        axes.set_visible(False)
+    letter(panels[: len(shown)])
+    settle(figure)
+    return figure
+
+
+@styled
+def response(answer: Response, *, style: Style = SCREEN) -> Figure:
+    """Draw gain and phase of both coordinates over frequency (a Bode plot)."""
+    subject = f"{answer.at} for 1 N along {answer.along} at {answer.force}"
+    figure = framed_figure((subject, "gain and phase over frequency"), 5.0, style)
+    gain, phase = figure.subplots(2, 1, sharex=True)
+    largest = max(float(np.abs(moved).max()) for moved in (answer.x, answer.y))
+    for name, moved, colour in (("x", answer.x, BLUE), ("y", answer.y, RED)):
+        if np.abs(moved).max() > NEGLIGIBLE * largest:
+            gain.loglog(answer.frequency, np.abs(moved), color=colour, label=name)
+            lag = (AHEAD - np.degrees(np.angle(moved))) % 360 - AHEAD
+            phase.semilogx(answer.frequency, -lag, color=colour)
+    gain.set_ylabel("gain (m/N)")
+    gain.legend(loc="best")
+    phase.yaxis.set_major_locator(MultipleLocator(90))
+    phase.set_ylabel("phase (deg)")
+    phase.set_xlabel("frequency (Hz)")
+    letter([gain, phase])
+    return figure
