@@ -341,7 +341,7 @@ COMMANDS = {
              values.page_file),
          force("replace the file also if it is no report, or was changed since"))),
     "animate": Command(
-        "animating",
+        "commands",
         "Animate a saved run: a video, a GIF, and a page to play and step through it.",
         ("runs/no_clearance",
          "runs/no_clearance --slow strike",

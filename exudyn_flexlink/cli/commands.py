@@ -1,4 +1,4 @@
-"""The commands that solve nothing: `check`, `plot`, `report`, `schema`."""
+"""The commands that solve nothing: `check`, `plot`, `report`, `animate`, `schema`."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from exudyn_flexlink.cli.figures import draw_figure, look_of
+from exudyn_flexlink.cli.figures import draw_figure, idle_text, look_of
 from exudyn_flexlink.cli.keeping import (
     holds_schema,
     make_output,
@@ -18,8 +19,10 @@ from exudyn_flexlink.cli.keeping import (
 )
 from exudyn_flexlink.cli.running import read_scene
 from exudyn_flexlink.cli.terminal import (
+    BAD_INPUT,
     DONE,
     complain,
+    progress_bar,
     tell,
 )
 from exudyn_flexlink.engines import linear_model
@@ -33,6 +36,7 @@ from exudyn_flexlink.report import (
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.source import SceneError, did_you_mean
 from exudyn_flexlink.storage import (
+    StorageError,
     is_sweep,
     load,
     load_sweep,
@@ -40,6 +44,10 @@ from exudyn_flexlink.storage import (
     staged_files,
 )
 from exudyn_flexlink.sweeps import SweepTable
+
+if TYPE_CHECKING:
+    from exudyn_flexlink.animation import Film
+    from exudyn_flexlink.result import Result
 
 
 def check_command(options: argparse.Namespace) -> int:
@@ -115,6 +123,64 @@ def report_command(options: argparse.Namespace) -> int:
     if code == DONE:
         print(f"Report written to {options.out or options.run / PAGE}")
     return code
+
+
+def animate_command(options: argparse.Namespace) -> int:
+    """Animate a saved run, or two overlaid: a video, a GIF, a page; returns the exit code."""
+    from exudyn_flexlink.animation import FilmError, Filming, film_bytes, usual_formats
+
+    formats = tuple(dict.fromkeys(options.format or usual_formats()))
+    filming = Filming(options.fps, options.speed, options.width)
+    folder: Path = options.out or options.run
+    frameless = "for mp4 and gif: a page has no frames of its own"
+    idle = idle_text(options, ("fps", "width"), frameless) if formats == ("html",) else ""
+    mistakes = [idle] if idle else []
+    mistakes += dict.fromkeys(mistake for name in formats for mistake in filming.mistakes(name))
+    film = _film(options, mistakes)
+    if film is None or mistakes:
+        return complain("\n".join(mistakes), BAD_INPUT)
+    over = "" if options.other is None else f"_with_{options.other.resolve().name}"
+    files = {name: f"animation{over}.{name}" for name in formats}
+
+    def write() -> None:
+        with staged_files(folder, force=options.force) as staged:
+            for name, file in files.items():
+                try:
+                    with progress_bar(options.quiet, f"drawing the {name}") as progress:
+                        content = film_bytes(film, name, filming, progress)
+                except FilmError as error:
+                    raise argparse.ArgumentTypeError(str(error)) from error
+                (staged / file).write_bytes(content)
+
+    code = make_output("animation", write)
+    if code == DONE and not options.quiet:
+        print(f"Written to {folder}{os.sep}: {', '.join(files.values())}")
+    return code
+
+
+def _film(options: argparse.Namespace, mistakes: list[str]) -> Film | None:
+    """Return the film to show; None if there can't be any: then `mistakes` say why."""
+    from exudyn_flexlink.animation import FilmError, film_of
+
+    runs: list[Result] = []
+    folders: list[Path] = [options.run, *([options.other] if options.other else [])]
+    for folder in folders:
+        try:
+            runs.append(load(folder))
+        except StorageError as error:
+            mistakes.append(str(error))
+    if len(runs) < len(folders):
+        return None
+    alike = len(runs) > 1 and runs[0].engine == runs[1].engine
+    first, last = (folder.resolve().name for folder in (folders[0], folders[-1]))
+    window = options.begin, options.end
+    try:
+        return film_of(
+            *runs, names=(first, last) if alike else None, window=window, slow=options.slow
+        )
+    except FilmError as error:
+        mistakes.append(str(error))
+        return None
 
 
 def schema_command(options: argparse.Namespace) -> int:
