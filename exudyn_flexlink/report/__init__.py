@@ -11,8 +11,7 @@ from exudyn_flexlink.report.comparing import (
     fit_text,
     horizon_text,
 )
-from exudyn_flexlink.report.linear import linear_text, sensitivity_text
-from exudyn_flexlink.report.parts import effects_table, equilibrium_text, rest_text
+from exudyn_flexlink.report.parts import effects_table, equilibrium_text, linear_text, rest_text
 from exudyn_flexlink.report.run import (
     TOTALS,
     bending_peak_columns,
@@ -41,6 +40,7 @@ from exudyn_flexlink.report.studies import (
     doubted_text,
     exponent_text,
     recommendation,
+    sensitivity_text,
     stability_document,
     stability_text,
     sweep_text,

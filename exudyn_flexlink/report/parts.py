@@ -1,6 +1,7 @@
 """Reports on parts: effects, curves, frequencies, degrees of freedom, the state at time 0.
 
-A further report is on a mechanism at rest: its pose, the forces that hold it, small motions.
+Further reports are on a mechanism at rest: its pose, the forces that hold it, small motions; and on
+linear equations about a state.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from exudyn_flexlink.arrays import FloatArray
 from exudyn_flexlink.chain import euler_bernoulli_cantilever
 from exudyn_flexlink.curves import CornerArc, Curve, Spline, finer
 from exudyn_flexlink.laws import LineContact, PowerPenalty, PressingLaw, RestitutionPenalty
-from exudyn_flexlink.linear import motion_text
+from exudyn_flexlink.linear import LinearModel, Mode, motion_text
 from exudyn_flexlink.loading import other_ways, rest_of_scene
 from exudyn_flexlink.mechanism import (
     GROUND,
@@ -40,6 +41,8 @@ from exudyn_flexlink.mechanism.equilibrium import SAME_WAY
 from exudyn_flexlink.report.text import (
     Table,
     in_blocks,
+    left_out,
+    lines_of,
     number,
     section,
     table,
@@ -138,6 +141,43 @@ def _balance_text(value: float) -> str:
 
 
 MODES = 4
+
+
+def linear_text(model: LinearModel) -> str:
+    """Return the text of linear equations: modes, coordinates, contacts, errors."""
+    about = "its rest" if model.time is None else f"t = {model.time:.6g} s"
+    shown = list(enumerate(model.modes[:MOST_LISTED], start=1))
+    modes = [[str(k), motion_text(mode.eigenvalue), _most_moved(mode)] for k, mode in shown]
+    by_unit: dict[str, list[str]] = {}
+    for name, unit in zip(model.coordinates, model.units, strict=True):
+        by_unit.setdefault(unit, []).append(name)
+    matrices = (
+        ("stiffness", model.stiffness, model.stiffness_error),
+        ("damping", model.damping, model.damping_error),
+    )
+    errors = [
+        [name, f"{np.abs(error).max() / np.abs(matrix).max():.1g} of the largest"]
+        for name, matrix, error in matrices
+        if np.any(matrix)
+    ]
+    more = left_out(len(model.modes), len(modes))
+    head = ["", "motion", "moves most"]
+    blocks = [
+        [f"Linear about {about}: '{model.scene.title}'"],
+        lines_of(Table("Modes", modes, head, note=more)),
+        section("Coordinates", [[unit, listed(names)] for unit, names in by_unit.items()]),
+        section("Contacts that press", [["", name] for name in model.pressing]),
+        section("Errors of differences", errors),
+    ]
+    return in_blocks(blocks)
+
+
+def _most_moved(mode: Mode) -> str:
+    """Name the point with the largest motion, and its motion."""
+    if not mode.points:
+        return ""
+    name, moved = max(mode.points.items(), key=lambda point: float(np.linalg.norm(point[1])))
+    return f"{name} ({abs(moved[0]):.3g}, {abs(moved[1]):.3g})"
 
 
 def link_frequencies(scene: Scene, name: str, body: FlexibleBody) -> list[str]:

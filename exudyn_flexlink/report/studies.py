@@ -1,4 +1,4 @@
-"""Reports on studies: cost of accuracy, stability of a motion, sweeps, benchmarks.
+"""Reports on studies: cost of accuracy, stability of a motion, sweeps, sensitivities, benchmarks.
 
 Each is a text, and a document with tables: SI numbers, with units in the names.
 """
@@ -44,6 +44,7 @@ from exudyn_flexlink.report.text import (
     table_of_items,
 )
 from exudyn_flexlink.scene import FlexibleBody, ImpulseLaw
+from exudyn_flexlink.sensitivities import Sensitivity
 from exudyn_flexlink.shipped import EXUDYN
 from exudyn_flexlink.stability import Exponent, Stability, section_columns
 from exudyn_flexlink.sweeps import DOUBTFUL, FAILED, SweepTable, shortened
@@ -560,6 +561,27 @@ def _why(sweep: SweepTable, kind: str) -> list[str]:
     more = len(reasons) - MOST_ROWS
     note = f"and {more} reasons more" if more > 0 else ""
     return lines_of(Table(f"{kind.capitalize()}: rows, the first of them, why", rows, note=note))
+
+
+def sensitivity_text(rows: Sequence[Sensitivity]) -> str:
+    """Return a table for each quantity: its changes for 1 % of each parameter."""
+    tables = []
+    for quantity in dict.fromkeys(row.quantity for row in rows):
+        changes = [row for row in rows if row.quantity == quantity]
+        changes.sort(key=lambda row: -float(f"{abs(row.relative):.3g}"))  # equal ones keep order
+        cells = [
+            [
+                row.parameter,
+                f"{row.derivative:.5g}",
+                f"+- {row.error:.2g}",
+                row.unit,
+                f"{row.relative:.3g} %",
+            ]
+            for row in changes
+        ]
+        head = ["", "derivative", "", "", "for 1 %"]
+        tables.append(lines_of(Table(f"{quantity}, {changes[0].value:.6g}", cells, head)))
+    return in_blocks(tables)
 
 
 NUMBERS: Sequence[Column[Compared]] = (
