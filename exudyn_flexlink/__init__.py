@@ -80,8 +80,6 @@ if TYPE_CHECKING:
     from exudyn_flexlink.animation import FilmError as FilmError
     from exudyn_flexlink.api.exudyn_systems import exudyn_system as exudyn_system
     from exudyn_flexlink.api.figures import Animation as Animation
-    from exudyn_flexlink.api.linear import LinearModel as LinearModel
-    from exudyn_flexlink.api.linear import linearised as linearised
     from exudyn_flexlink.api.results import Comparison as Comparison
     from exudyn_flexlink.api.results import Fit as Fit
     from exudyn_flexlink.api.results import MeasuredComparison as MeasuredComparison
@@ -97,11 +95,13 @@ if TYPE_CHECKING:
     from exudyn_flexlink.api.scenes import idealise as idealise
     from exudyn_flexlink.api.scenes import load_scene as load_scene
     from exudyn_flexlink.api.studies import Branches as Branches
+    from exudyn_flexlink.api.studies import LinearModel as LinearModel
     from exudyn_flexlink.api.studies import Sensitivities as Sensitivities
     from exudyn_flexlink.api.studies import Simulate as Simulate
     from exudyn_flexlink.api.studies import Stability as Stability
     from exudyn_flexlink.api.studies import SweepTable as SweepTable
     from exudyn_flexlink.api.studies import bifurcation as bifurcation
+    from exudyn_flexlink.api.studies import linearised as linearised
     from exudyn_flexlink.api.studies import load_sweep as load_sweep
     from exudyn_flexlink.api.studies import lyapunov as lyapunov
     from exudyn_flexlink.api.studies import sensitivity as sensitivity
@@ -130,7 +130,6 @@ _HOMES = {
     "animation": ("FilmError",),
     "api.exudyn_systems": ("ExudynSystem", "exudyn_system"),
     "api.figures": ("Animation",),
-    "api.linear": ("LinearModel", "linearised"),
     "api.results": (
         "Comparison",
         "Fit",
@@ -145,11 +144,13 @@ _HOMES = {
     "api.scenes": ("Equilibrium", "Scene", "equilibrium", "idealise", "load_scene"),
     "api.studies": (
         "Branches",
+        "LinearModel",
         "Sensitivities",
         "Simulate",
         "Stability",
         "SweepTable",
         "bifurcation",
+        "linearised",
         "load_sweep",
         "lyapunov",
         "sensitivity",

@@ -82,6 +82,7 @@ def told(name: str, item: Any) -> Iterator[str]:
     yield f"{'###' if name.startswith('fl.') else '####'} `{name.removeprefix('fl.')}`\n"
     if inspect.isfunction(item):
         signature = re.sub(r"(: |-> )'([^']*)'", r"\1\2", str(inspect.signature(item)))
+        signature = re.sub(r"\bPlain(Scene|Result)\b", r"\1", signature)  # they take both kinds
         text = name + re.sub(r"\((self|cls)(: Record)?(, )?", "(", signature, count=1)
         glued = re.sub(r"(?<!,) ", "~", text)  # a line may end after a comma alone
         shown = "\n".join(wrap(glued, WIDTH, subsequent_indent="    ", break_on_hyphens=False))
