@@ -12,7 +12,7 @@ from cli_runs import BARE, COMMANDS, MODELS, NO_CLEARANCE, RIGID, SPLINE, code_o
 import exudyn_flexlink as fl
 from exudyn_flexlink import cli
 from exudyn_flexlink.cli import main
-from exudyn_flexlink.cli.parser import SHELLS
+from exudyn_flexlink.cli.arguments import SHELLS
 from exudyn_flexlink.scene import json_schema
 from exudyn_flexlink.shipped import model_names
 

@@ -1,6 +1,6 @@
 """The program of the process that makes the second run of a scene.
 
-See `engines.beside`: the argument is a folder, which holds the request and gets the result.
+See `engines.interrupts`: the argument is a folder, which holds the request and gets the result.
 """
 
 from __future__ import annotations
