@@ -21,14 +21,13 @@ from exudyn_flexlink.engines.diagnostics import (
 from exudyn_flexlink.engines.exudyn.minimal.contacts import LapFollower, TableFollower, Touch
 from exudyn_flexlink.engines.exudyn.minimal.coordinates import TreeState
 from exudyn_flexlink.engines.exudyn.minimal.events import EventFinder, Followed, Goal
-from exudyn_flexlink.engines.exudyn.minimal.formulas import PulseWatch
+from exudyn_flexlink.engines.exudyn.minimal.formulas import PulseWatch, UntilWatch
 from exudyn_flexlink.engines.exudyn.minimal.friction import LockedError
 from exudyn_flexlink.engines.exudyn.minimal.impacts import WEAK_PUSH, Impacts, meets
 from exudyn_flexlink.engines.exudyn.minimal.kinematics import TrackPoint
 from exudyn_flexlink.engines.exudyn.minimal.model import MinimalModel
 from exudyn_flexlink.engines.exudyn.minimal.recording import TreeRecorder
 from exudyn_flexlink.engines.exudyn.minimal.rigid import JammedError
-from exudyn_flexlink.engines.exudyn.minimal.until import UntilWatch
 from exudyn_flexlink.engines.interrupts import TOO_DEEP_ADVICE, DepthBounds
 from exudyn_flexlink.engines.pair_events import TurnsGuard
 from exudyn_flexlink.engines.touching import FIRST, SHORTEST_SWING, Change, Moment
