@@ -258,12 +258,11 @@ def with_impact(scene: Scene, impact: str) -> Scene:
     touching = {**whole.contacts, **whole.stops}
     lossy = [name for name, contact in touching.items() if contact.law.restitution is None]
     _refuse(whole, lossy, *NO_RESTITUTION)
-    changes = {"contacts": _rigid_contact, "joints": _rigid_stops}
+    changes = {
+        "contacts": lambda contact: contact.model_copy(update={"law": _jumping(contact.law)}),
+        "joints": _rigid_stops,
+    }
     return scene.changed(**_in_all_stages(scene, changes))
-
-
-def _rigid_contact(contact: Any) -> Any:
-    return contact.model_copy(update={"law": _jumping(contact.law)})
 
 
 def _rigid_stops(joint: specs.Joint) -> specs.Joint:

@@ -341,10 +341,15 @@ def advise(study: Study) -> Advice:
     rods = [point for point in study.points if point.method.of_rods]
     asked, well = study.target * (1 + 1e-9), MARGIN * study.target  # rungs are rounded
     controlled = [p for p in rods if p.method.knob == "tolerance" and p.value <= asked]
+    models = [
+        s
+        for s in study.sources
+        if s.kind != "time" and s.errors.largest > study.target and not s.at_most
+    ]
     return Advice(
         _cheapest(controlled, well) or _cheapest(rods, well),
         min(rods, key=lambda p: (p.claimed, p.processor), default=None),
-        _limit(study.sources, study.target),
+        max(models, key=lambda s: s.errors.largest, default=None),
         well < study.floor,
     )
 
@@ -360,11 +365,6 @@ def _cheapest(points: Sequence[Point], most: float) -> Point | None:
         rungs = sorted((p for p in points if p.method == method), key=lambda p: p.value)
         fit += list(takewhile(lambda p: p.claimed <= most, rungs))[-1:]
     return min(fit, key=lambda p: p.processor, default=None)
-
-
-def _limit(sources: Sequence[Source], target: float) -> Source | None:
-    model = [s for s in sources if s.kind != "time" and s.errors.largest > target and not s.at_most]
-    return max(model, key=lambda s: s.errors.largest, default=None)
 
 
 def dominating(sources: Sequence[Source]) -> Source | None:

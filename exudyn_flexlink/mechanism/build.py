@@ -675,7 +675,8 @@ def _motor(bodies: Bodies, name: str, drive: specs.SpeedDrive | specs.MotionDriv
     if isinstance(drive, specs.SpeedDrive):
         function = _ramp_or_function(drive.value, drive.ramp, clock)
         return Motor(name, first, second, function, slide=slide)
-    motion = _function(_as_expression(drive.value), clock)
+    value = drive.value
+    motion = _function(parse_expression(repr(value)) if isinstance(value, float) else value, clock)
     return Motor(name, first, second, SpeedOf(motion), motion.at(0.0), slide)
 
 
@@ -728,10 +729,6 @@ def _function(value: Expression | specs.Table, clock: float) -> TimeFunction:
         return Formula(value, clock)
     assert value.points is not None  # its file was read
     return Tabled(value.points, value.rule, clock)
-
-
-def _as_expression(value: specs.Value) -> Expression | specs.Table:
-    return parse_expression(repr(value)) if isinstance(value, float) else value
 
 
 def _sense(bodies: Bodies, sensed: Sensed) -> Sense:

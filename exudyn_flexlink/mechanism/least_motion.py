@@ -55,7 +55,8 @@ class LeastMotion:
         self._rest, weights = self._left_over(right)
         self._slopes = weights[:, None] * constraints.jacobian(self._rest)
         self._right = weights * right[self._rest]
-        self._allowed = self._swept(self._as_columns(self._slopes))
+        as_forces = self._slopes.T.reshape(constraints.count, 3, len(self._slopes))
+        self._allowed = self._swept(as_forces)
         weighted = np.einsum("pji,pjk->kpi", roots, self._allowed)
         self._weighted = weighted.reshape(self._slopes.shape)
         self._lengths = _lengths(mechanism, self._slopes / weights[:, None], roots)
@@ -162,10 +163,6 @@ class LeastMotion:
             if parent != GROUND:
                 moved[part] += self._follow[part] @ moved[parent]
         return moved
-
-    def _as_columns(self, rows: FloatArray) -> FloatArray:
-        """Rows over all coordinates as forces: (parts, 3, rows)."""
-        return np.asarray(rows.T.reshape(self._constraints.count, 3, len(rows)))
 
     # --- with the rest ----------------------------------------------------------------------
 

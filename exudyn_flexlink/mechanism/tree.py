@@ -183,7 +183,7 @@ class _Spanning:
         # Slides come first: so coordinates that motors and slots fix precede free ones.
         joints: list[Pin | Slide] = [*mechanism.slides, *mechanism.pins]
         while len(self._hung) < len(self._groups):
-            joint = next((j for j in joints if self._can_hang(j)), None)
+            joint = next((j for j in joints if sum(self._ends_hung(j)) == 1), None)
             if joint is None:
                 self._add_free(self._loose(mechanism))
             else:
@@ -204,10 +204,6 @@ class _Spanning:
     def _ends_hung(self, joint: Pin | Slide) -> tuple[bool, bool]:
         first, second = joint.first, joint.second
         return self._number[first.part] in self._hung, self._number[second.part] in self._hung
-
-    def _can_hang(self, joint: Pin | Slide) -> bool:
-        first, second = self._ends_hung(joint)
-        return first != second
 
     def _add(self, joint: Pin | Slide) -> None:
         """Hang that part of a joint which is not yet in the tree onto the other."""

@@ -43,8 +43,12 @@ def happenings(result: Result) -> list[Happening]:
         held, free = ("locks", "overruns") if one_way else ("comes to rest", "moves again")
         seen += [Happening(time, held, name) for time in friction.begin.tolist()]
         seen += [Happening(time, free, name) for time in ends.tolist()]
+    # A smaller way (m) between two reversals than points may be off by means nothing. If the error
+    # exceeds the tolerance, the motion before the instant that warnings name may still be accurate.
+    error = result.error
+    least = max(INVISIBLE, 0.0 if error.missing else min(error.largest, error.limit))
     for name, (way, rate) in _motions(result).items():
-        back = _reversals(result.time, way, rate, _least_way(result)).tolist()
+        back = _reversals(result.time, way, rate, least).tolist()
         seen += [Happening(time, "turns back", name) for time in back]
     return sorted(seen, key=lambda happening: happening.time)
 
@@ -76,16 +80,6 @@ def _motions(result: Result) -> dict[str, tuple[FloatArray, FloatArray]]:
             speed = speed_along(slide, result.poses, result.rates)
             motions[slide.name] = length_along(slide, result.poses), speed
     return motions
-
-
-def _least_way(result: Result) -> float:
-    """Error (m) that points may have: a smaller way between two reversals means nothing.
-
-    If a run's error exceeds the tolerance, its warnings say from which instant on; the motion
-    before may still be accurate.
-    """
-    error = result.error
-    return max(INVISIBLE, 0.0 if error.missing else min(error.largest, error.limit))
 
 
 def _reversals(time: FloatArray, way: FloatArray, rate: FloatArray, least: float) -> FloatArray:

@@ -39,11 +39,12 @@ def comparison_text(comparison: Comparison) -> str:
     """Return the table of a comparison."""
     both = comparison.both
     contacts = dict.fromkeys(pair.contact for pair in comparison.strikes)
+    until = "" if comparison.horizon is None else " up to the horizon"
     blocks = [
         [f"Comparison {_of(both[0])} and {both[1].name}: {both[1].result.scene.title}"],
         _deviations(comparison),
         [horizon_text(comparison)],
-        _forces(comparison),
+        lines_of(force_error_table(comparison.forces, f"Forces, difference{until}")),
         _beyond(comparison),
         _levers(comparison),
         *(_strikes(comparison, contact) for contact in contacts),
@@ -104,11 +105,6 @@ def _deviations(comparison: Comparison) -> list[str]:
     what = name_of(comparison.judged_by)
     farthest = ", of the one that is farthest" if len(comparison.judged_by) > 1 else ""
     return [f"Deviation of {what}{farthest}", *table(rows)]
-
-
-def _forces(comparison: Comparison) -> list[str]:
-    until = "" if comparison.horizon is None else " up to the horizon"
-    return lines_of(force_error_table(comparison.forces, f"Forces, difference{until}"))
 
 
 def _beyond(comparison: Comparison) -> list[str]:

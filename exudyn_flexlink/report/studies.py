@@ -55,12 +55,13 @@ NAMES = {"time": "time steps", "rods": "number of rods", "contact": "contact com
 
 def accuracy_text(study: Study, command: str) -> str:
     """Return the whole report of a study; `command` simulates the scene that was studied."""
+    left_out = [f"  {name}: {why}" for name, why in study.runs.left_out.items()]
     blocks = [
         [f"What accuracy costs: {study.scene.title}"],
         judged_by(study),
         _points(study),
         _sources(study),
-        _left_out(study),
+        ["Left out", *left_out] if left_out else [],
         [recommendation(study), *_how_accurate(study, command)],
     ]
     return in_blocks(blocks)
@@ -335,11 +336,6 @@ def _more_rods(study: Study, source: Source) -> str:
     equal = any(body.layout == "equal" for body in links)
     other = "; 'layout: half_ends' takes fewer" if equal else ""
     return f"a beam to {study.target:.2g} m takes {advice} rods{other}"
-
-
-def _left_out(study: Study) -> list[str]:
-    lines = [f"  {name}: {why}" for name, why in study.runs.left_out.items()]
-    return ["Left out", *lines] if lines else []
 
 
 def accuracy_document(study: Study) -> Document:

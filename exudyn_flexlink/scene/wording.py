@@ -161,14 +161,9 @@ OTHER_WORDS: dict[str, str] = {
 
 def did_you_mean_word(word: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'x'?" if a known word has the meaning of this one, or resembles it."""
-    known = list(known)
-    meant = next((name for name in known if _means(name, word)), None)
+    known, words = list(known), {word, word.lower().replace("-", "_").replace(" ", "_")}
+    meant = next((n for n in known if words & set(OTHER_WORDS.get(n, "").split())), None)
     return f"; did you mean '{meant}'?" if meant else did_you_mean(word, known)
-
-
-def _means(name: str, word: str) -> bool:
-    others = OTHER_WORDS.get(name, "").split()
-    return word in others or word.lower().replace("-", "_").replace(" ", "_") in others
 
 
 _NOWHERE: Mapping[str, str] = {}

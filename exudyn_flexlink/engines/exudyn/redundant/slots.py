@@ -312,7 +312,7 @@ class SlotItems(TrackFollower):
         along = self._u_rate * speed  # m/s: positive in the direction of the curve
         rising = (along - self._along) / now.step if now.step > 0 else 0.0
         self._along = along
-        if self._one_smooth_loop():
+        if len(self.curve.pieces) == 1 and self.curve.closed:  # a smooth loop
             self._pass_seam(now.time)
             return self._limit(step, inf, along)
         until = self._until_end(speed, along, rising)
@@ -335,9 +335,6 @@ class SlotItems(TrackFollower):
         x, y = x - q[k], y - q[k + 1]
         vx, vy = vx - v[k] + omega * y, vy - v[k + 1] - omega * x
         return c * x + s * y, c * y - s * x, c * vx + s * vy, c * vy - s * vx
-
-    def _one_smooth_loop(self) -> bool:
-        return len(self.curve.pieces) == 1 and self.curve.closed
 
     def _pass_seam(self, time: float) -> None:
         """Go on into another lap of a smooth closed piece; a point at rest on the seam stays."""
