@@ -5,7 +5,7 @@ import pytest
 from cli_runs import MODELS
 
 from exudyn_flexlink.engines import simulate
-from exudyn_flexlink.integrate.events import StepPolynomial, TurnSeeker, highest
+from exudyn_flexlink.integrate.events import StepPolynomial, TurnSeeker, first_fall, highest
 from exudyn_flexlink.loading import load_scene
 
 RADAU = np.array([0, 0.057104196, 0.276843014, 0.583590433, 0.860240136, 1])
@@ -88,3 +88,14 @@ def test_a_peak_next_to_an_end_is_found():
     tops = np.array([[1e-4], [1 - 1e-4]])
     places = highest(lambda at: -((at - tops) ** 2), np.zeros(2), np.ones(2))
     np.testing.assert_allclose(places, tops[:, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize("rate_is_zero_at", [0.03, 0.7, 0.88, 0.95])
+def test_the_least_of_two_values_falls_where_one_does_whatever_the_rate_of_the_other_does(
+    rate_is_zero_at,
+):
+    """A force that does not change has a rate of rounding, whose sign says nothing."""
+    time = first_fall(
+        lambda t: min(1.0, 0.9 - t), lambda t: 1e-15 * (t - rate_is_zero_at), (0.0, 1.0)
+    )
+    assert time == pytest.approx(0.9, abs=1e-12)

@@ -244,23 +244,25 @@ def first_fall(
 ) -> float | None:
     """Instant (s) at which an event function first falls below zero; None if it does not.
 
-    With its `rate` a fall between two looks is seen, too. If the function starts at zero, but for
+    With its `rate`, or that of one of several values of which it is the least, a fall between two
+    looks is seen, too. If the function starts at zero, but for
     the error of the last event, a fall counts as soon as it is lower than at the start.
     """
     t, end = within
     slope = next_slope = 0.0 if rate is None else rate(t)
     for after in np.linspace(t, end, looks + 1)[1:].tolist():
-        lowest = after
+        places = [after]
         if rate is not None:
             slope, next_slope = next_slope, rate(after)
             if slope < 0 < next_slope:
-                lowest = zero(rate, t, after)
-        if value(lowest) < -GAP_ROUNDING:
-            if value(t) > GAP_ROUNDING:
-                return zero(value, t, lowest)
-            if value(lowest) < value(t) - GAP_ROUNDING:
-                return _after_rising(value, t, lowest)
-        t = after
+                places.insert(0, zero(rate, t, after))
+        for place in places:
+            if value(place) < -GAP_ROUNDING:
+                if value(t) > GAP_ROUNDING:
+                    return zero(value, t, place)
+                if value(place) < value(t) - GAP_ROUNDING:
+                    return _after_rising(value, t, place)
+            t = place
     return None
 
 
