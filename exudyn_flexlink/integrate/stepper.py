@@ -60,8 +60,8 @@ class ErrorControl:
     to events are too long by `late` (s), on purpose: see `engines.finer`.
 
     Measured on the shipped scenes by `scripts/tolerance.py`: over two turns, the error of S and of
-    the lever's tip is 0.001 to 0.25 of the tolerance, for tolerances from 1e-3 to 1e-8 m that decide
-    on the steps.
+    the lever's tip is 0.001 to 0.25 of the tolerance, for tolerances from 1e-3 to 1e-8 m that
+    decide on the steps.
     """
 
     tolerance: float
