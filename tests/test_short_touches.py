@@ -247,3 +247,34 @@ def test_a_neck_counts_by_half_its_width():
     width = 0.001 + 0.2 * x**2
     loop = np.concatenate([np.c_[x, -width], np.c_[x, width][::-1]])
     assert reach(Spline(loop, closed=True), 1.0, 0.0) == pytest.approx(0.001, rel=0.1)
+
+
+ROPE_BETWEEN_STOPS = """
+bodies:
+  ball: {type: rigid, mass: 1, inertia: 1, points: {c: [0, 0]}}
+  ram: {type: rigid, mass: 1, inertia: 1, points: {c: [0, 0]}}
+joints:
+  way:
+    type: prismatic
+    points: [ground, ram.c]
+    at: [0, 3]
+    axis: [0, 1]
+    limits: {from: 0, law: {stiffness: 3 kN/m, damping: 2 N s/m}}
+springs:
+  rope: {type: linear, points: [ground, ball.c], at: [0, 0], acts: tension, length: 0.2,
+         stiffness: 3 kN/m}
+  buffer: {type: linear, joint: way, acts: compression, length: 0.2, stiffness: 1 kN/m}
+gravity: [9.81, 0]
+initial: {positions: {ball: [0.1, 0]}, along: {way: 0.5}}
+run: {duration: 0.2}
+accuracy: {tolerance: 1.0e-6}
+"""
+
+
+@pytest.mark.parametrize("start", [0.1, 0.12, 0.15])
+def test_a_rope_becomes_taut_whatever_contacts_stand_before_and_after_it(start):
+    """Stops move along a line, the ends of a rope in a plane; the run ends just after the catch."""
+    taut = sqrt(2 * (0.2 - start) / 9.81)
+    settings = f"initial.positions.ball=[{start}, 0]", f"run.duration={taut + 1e-3}"
+    begin = first_touch(ROPE_BETWEEN_STOPS, "rope", *settings)
+    assert begin == pytest.approx(taut, abs=1e-9)

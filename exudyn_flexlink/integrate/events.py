@@ -244,9 +244,9 @@ def first_fall(
 ) -> float | None:
     """Instant (s) at which an event function first falls below zero; None if it does not.
 
-    With its `rate`, or that of one of several values of which it is the least, a fall between two
-    looks is seen, too. If the function starts at zero, but for
-    the error of the last event, a fall counts as soon as it is lower than at the start.
+    With its `rate` a fall between two looks is seen, too; of a function that is the least of
+    several values, the rate may be that of one of them. If the function starts at zero, but for the
+    error of the last event, a fall counts as soon as it is lower than at the start.
     """
     t, end = within
     slope = next_slope = 0.0 if rate is None else rate(t)
@@ -255,7 +255,7 @@ def first_fall(
         if rate is not None:
             slope, next_slope = next_slope, rate(after)
             if slope < 0 < next_slope:
-                places.insert(0, zero(rate, t, after))
+                places = [zero(rate, t, after), after]
         for place in places:
             if value(place) < -GAP_ROUNDING:
                 if value(t) > GAP_ROUNDING:

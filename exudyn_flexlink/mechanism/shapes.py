@@ -734,7 +734,7 @@ class ContactShapes:
                         for c, k in enumerate(numbers.tolist())}  # fmt: skip
         parts = [[frame(part).link for part in contact.parts] for contact in contacts]
         self.links = np.array(parts, dtype=int).reshape(-1, 2).T
-        self.straight = np.array([self._group(k).straight for k in self._places], dtype=bool)
+        self.straight = np.array([SHAPES[type(c)].straight for c in contacts], dtype=bool)
 
     def look(self, poses: Poses) -> Look:
         """Look at the contacts, (..., c)."""
